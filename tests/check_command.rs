@@ -285,6 +285,42 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
         }
     }
     assert!(!path("cutter.stl").exists() && !path("scene/meshes/cutter.stl").exists(), "nothing is written");
+    // Subroutines in files, of a program and of one that is wrong; stock and a target whose names have `@` and `:`.
+    std::fs::create_dir(path("job")).unwrap();
+    let subroutine = "o<sub> sub\nG0 Z30\no<sub> endsub\nM2\n";
+    let texts = [
+        ("job/sub.ngc", subroutine),
+        ("job/main.ngc", "o<sub> call\nG0 Z20\nM2\n"),
+        ("job/wrong.ngc", "o<sub> call\nG77\nM2\n"),
+        ("job/a@b:c.stl", stl.as_str()),
+    ];
+    for (name, text) in texts {
+        std::fs::write(path(name), text).unwrap();
+    }
+    let [main, wrong, mesh] =
+        ["main.ngc", "wrong.ngc", "a@b:c.stl"].map(|name| format!("{}/{name}", path("job").display()));
+    let stock = format!("{mesh}:mm@0,0,-9");
+    for (verb, out, told) in [
+        (&["check", "--quiet", &scene, &main, "--sarif"][..], "job/sub.ngc", "would replace what is read"),
+        (&["view", "--quiet", &scene, &main, "--out"], "job/sub.ngc", "would replace what is read"),
+        (&["check", "--quiet", &scene, &wrong, "--junit"], "job/sub.ngc", "wrong.ngc:2"),
+        (
+            &["check", "--quiet", &scene, "--stock", &stock, "--stock-out"],
+            "job/a@b:c.stl",
+            "would replace what is read",
+        ),
+        (
+            &["check", "--quiet", &scene, "--target", &mesh, "--sarif"],
+            "job/../job/a@b:c.stl",
+            "would replace what is read",
+        ),
+    ] {
+        let (code, error) = run(verb, out);
+        assert!(code == Some(2) && error.contains(told), "{verb:?}: {error}");
+        for (name, text) in texts {
+            assert_eq!(std::fs::read_to_string(path(name)).unwrap(), text, "{verb:?}");
+        }
+    }
     // Two parts, one file.
     std::fs::write(
         path("scene/scene.toml"),

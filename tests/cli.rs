@@ -4,6 +4,7 @@
 
 mod support;
 
+use bvbench::record::FolderLock;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -348,6 +349,22 @@ fn meshes_and_poses_are_tried_as_a_scene() {
         assert!(message.contains("--fresh"), "{message}");
         assert_eq!(copies.clone().map(|file| read(&file)), before);
     }
+    // Nor does what is refused with --fresh: a scene that is none, a variant that is none, a run at which another process works.
+    folder.write("nobody.csv", "part,qw,qx,qy,qz,tx,ty,tz\nnobody,1,0,0,0,0,0,0\n");
+    let manifest = read(&folder.path("run/manifest.json"));
+    let held = FolderLock::take(&folder.path("run")).unwrap();
+    for (poses, more, told) in [
+        ("other.csv", &["--variant", "none"][..], "no variant `none`"),
+        ("nobody.csv", &[], "no part named `nobody`; there are a piece, tool"),
+        ("other.csv", &[], "is in use by another bvbench"),
+    ] {
+        let message =
+            folder.refused(&[&["try", "a piece.obj", "tool.obj", poses, "--fresh"][..], more, &quick].concat());
+        assert!(message.contains(told), "{message}");
+        assert_eq!(copies.clone().map(|file| read(&file)), before, "{told}");
+        assert_eq!(read(&folder.path("run/manifest.json")), manifest, "{told}");
+    }
+    drop(held);
     folder.write("a_piece.obj", tetrahedron);
     let twice = folder.refused(&["try", "a piece.obj", "a_piece.obj", "poses.csv", "--out", "twice"]);
     assert!(twice.contains("a_piece.obj, too"), "{twice}");
@@ -355,6 +372,15 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
     assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));
     assert!(folder.refused(&["try", "tool.obj", "none.stl", "poses.csv"]).contains("none.stl"));
+    // Links have the names by which they are given, not those of the file behind them.
+    #[cfg(unix)]
+    {
+        for link in ["left.obj", "right.obj"] {
+            std::os::unix::fs::symlink(folder.path("tool.obj"), folder.path(link)).unwrap();
+        }
+        let links = folder.refused(&["try", "left.obj", "right.obj", "nobody.csv", "--out", "links"]);
+        assert!(links.contains("there are left, right") && !folder.path("links-scene").exists(), "{links}");
+    }
     folder.write("other-scene/notes.txt", "somebody's own");
     let other = folder.refused(&["try", "a piece.obj", "tool.obj", "poses.csv", "--out", "other"]);
     assert!(other.contains("other-scene") && folder.path("other-scene/notes.txt").exists(), "{other}");

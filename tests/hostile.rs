@@ -291,6 +291,18 @@ impl Attacks {
         let cycle =
             "[[machine.links]]\nname = \"a\"\nparent = \"b\"\n[[machine.links]]\nname = \"b\"\nparent = \"a\"\n";
         self.scene_of("cycle", &format!("title = \"t\"\n{cycle}"), "scene.toml:", &[2]);
+        // 1 000 parts in 100 000 frames, each of which moves one.
+        let parts: String = (0..1000).map(|i| format!("[[parts]]\nname = \"p{i}\"\nmesh = \"part.obj\"\n")).collect();
+        let poses = format!("part,qw,qx,qy,qz,tx,ty,tz\n{}", "p1,1,0,0,0,0,0,0\n".repeat(100_000));
+        self.write("many-poses/part.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        self.write("many-poses/poses.csv", poses.as_bytes());
+        let pairs = "pairs = [[\"p0\", \"p1\"]]\n";
+        self.scene_of(
+            "many-poses",
+            &format!("title = \"t\"\n{pairs}{parts}[recorded]\nfile = \"poses.csv\"\n"),
+            "",
+            &[0],
+        );
         let deep = format!("title = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
         self.scene_of("deep", &deep, "scene.toml", &[2]);
     }
@@ -301,6 +313,9 @@ impl Attacks {
         assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let pipe = pipe.to_string_lossy().into_owned();
         let missing = self.folder.join("missing").to_string_lossy().into_owned();
+        let mesh = self.write("try.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+        let poses = self.write("try.csv", b"part,qw,qx,qy,qz,tx,ty,tz\ntry,1,0,0,0,0,0,0\n");
+        let out = self.folder.join("try-run").to_string_lossy().into_owned();
         for (what, path) in
             [("zero", "/dev/zero"), ("pipe", &pipe), ("folder", "/"), ("missing", &missing), ("null", "/dev/null")]
         {
@@ -318,6 +333,7 @@ impl Attacks {
             self.add(format!("gcode-is-{what}"), &["program", "gcode", path], path, &[2]);
             self.add(format!("tools-are-{what}"), &["program", "gcode", path, "--tool-table", path], path, &[2]);
             self.add(format!("check-{what}"), &["check", "mill-vise", path], path, &[2]);
+            self.add(format!("try-{what}"), &["try", &mesh, path, &poses, "--out", &out], path, &[2]);
             self.add(
                 format!("claims-are-{what}"),
                 &["stage", "analyze", "--claims", path, "--out", "none"],
@@ -360,6 +376,20 @@ impl Attacks {
                 let run = self.folder.join(&name).to_string_lossy().into_owned();
                 self.add(name.clone(), &["stage", "analyze", "--out", &run], &name, &[2]);
             }
+        }
+        // A run with a timing of a launch that it has not.
+        let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/reference");
+        for launch in ["4294967295", "1000000"] {
+            let name = format!("launch-{launch}");
+            for file in ["manifest.json", "cases.csv", "poses.csv.gz"] {
+                self.write(&format!("{name}/{file}"), &fs::read(reference.join(file)).unwrap());
+            }
+            let row = format!("lathe-toolpost,aabb@vertex-mean/own/1,0,{launch},0,0,1,205475\n");
+            let timings = format!("scene,case,binary,launch,block,chunk,passes,ns\n{row}");
+            self.write(&format!("{name}/timings.csv"), timings.as_bytes());
+            let run = self.folder.join(&name).to_string_lossy().into_owned();
+            let analyze = ["stage", "analyze", "--accept-changed-rows", "--out", &run];
+            self.add(name, &analyze, "timings.csv:2: the run has fewer launches", &[2]);
         }
         let far = "part,qw,qx,qy,qz,tx,ty,tz\ncube,1,0,0,0,1e12,0,0\n";
         self.write("recording-far/poses.csv", far.as_bytes());

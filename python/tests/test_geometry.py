@@ -150,6 +150,8 @@ def test_a_bad_row_is_named(tmp_path: Path) -> None:
         ("# a comment\npart,x,y\n", "2: the columns must be"),
         ("", "1: the columns must be"),
         (header, "1: there is no pose"),
+        (f"frame,{header},tool,1,0,0,0,1,2,3\n,tool,1,0,0,0,1,2,3\n", "3: `tool` has a pose in this frame already"),
+        (f"frame,{header}1,tool,1,0,0,0,1,2,3\n2,tool,1,0,0,0,1,2,3\n1,vice,1,0,0,0,1,2,3\n", "4: frame `1` comes again"),
     ]:
         (tmp_path / "poses.csv").write_text(text, encoding="utf-8")
         with pytest.raises(bvbench.RunError, match=f"poses.csv:{message}"):

@@ -5,10 +5,11 @@ use super::AnalysisError;
 use super::stats::median;
 use super::summary::Cell;
 use super::totals::{self, Binaries, Estimate, Observation, Totals};
+use crate::record::manifest::{Manifest, Request};
 use crate::record::rows::CaseKey;
 use crate::record::{
     AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, SingleRow, Stratum, TimingRow,
-    for_each_row, read_rows, read_rows_if_there,
+    for_each_row, has_rows, read_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -145,7 +146,7 @@ impl Query {
 /// Reads poses, timings, answers and builds of a run's folder, by scene.
 ///
 /// # Errors
-/// When one of the files is missing or malformed, or contradicts another.
+/// When one of the files is missing or malformed, or contradicts another or the request in the manifest.
 pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
     let cases: BTreeMap<String, CaseKey> =
         read_rows::<CaseRow>(folder)?.into_iter().map(|row| (row.case.clone(), row.case())).collect();
@@ -158,15 +159,24 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
             let (scene, pose) = (row.scene, row.pose);
             wrong.get_or_insert(AnalysisError::Pose { scene, pose });
         }
+        Ok(())
     })?;
     let unknown = |file, scene: &str, what: String| AnalysisError::Unknown { file, scene: scene.to_owned(), what };
+    // Launches number cells of memory, so each is compared with the request before it is used.
+    let Request { launches, blocks, .. } = Manifest::read(folder)?.request;
+    let is_asked =
+        |launch: u32| if launch < launches { Ok(()) } else { Err("the run has fewer launches (manifest.json)") };
     for_each_row(folder, |row: TimingRow| {
+        is_asked(row.launch)?;
+        if row.block >= blocks {
+            return Err("a launch has fewer blocks (manifest.json)");
+        }
         let scene = scenes.entry(row.scene.clone()).or_default();
         let (case, chunk) = (cases.get(&row.case), scene.chunks.get(&row.chunk));
         let (Some(case), Some(chunk)) = (case, chunk) else {
             let what = format!("case `{}` or chunk {}", row.case, row.chunk);
             wrong.get_or_insert(unknown("timings.csv", &row.scene, what));
-            return;
+            return Ok(());
         };
         scene.launches = scene.launches.max(row.launch as usize + 1);
         if !scene.binaries.note(row.launch, row.binary) {
@@ -175,6 +185,7 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let ns = row.ns as f64 / (f64::from(chunk.poses) * f64::from(row.passes));
         let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
         scene.timings.entry(case.clone()).or_default().push(sample);
+        Ok(())
     })?;
     for_each_row(folder, |row: AnswerRow| {
         let scene = scenes.entry(row.scene.clone()).or_default();
@@ -182,30 +193,36 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let (Some(case), Some(&(chunk, line))) = (case, pose) else {
             let what = format!("case `{}` or pose {}", row.case, row.pose);
             wrong.get_or_insert(unknown("answers.csv", &row.scene, what));
-            return;
+            return Ok(());
         };
         let AnswerRow { pose, volume_tests, triangle_tests, .. } = row;
         let stratum = scene.chunks[&chunk].stratum;
         let touches = row.verdict == 1;
         let query = Query { pose, chunk, line, stratum, touches, volume_tests, triangle_tests };
         scene.queries.entry(case.clone()).or_default().push(query);
+        Ok(())
     })?;
-    for row in read_rows_if_there::<SingleRow>(folder)? {
-        let scene = scenes.entry(row.scene.clone()).or_default();
-        let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
-        let (Some(case), Some(&(chunk, _))) = (case, pose) else {
-            let what = format!("case `{}` or pose {}", row.case, row.pose);
-            wrong.get_or_insert(unknown("singles.csv", &row.scene, what));
-            continue;
-        };
-        if !scene.binaries.note(row.launch, row.binary) {
-            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
-        }
-        let SingleRow { cache, pose, launch, ns, .. } = row;
-        let single = Single { cache, pose, chunk, launch, ns: ns as f64 };
-        scene.singles.entry(case.clone()).or_default().push(single);
+    if has_rows::<SingleRow>(folder) {
+        for_each_row(folder, |row: SingleRow| {
+            is_asked(row.launch)?;
+            let scene = scenes.entry(row.scene.clone()).or_default();
+            let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
+            let (Some(case), Some(&(chunk, _))) = (case, pose) else {
+                let what = format!("case `{}` or pose {}", row.case, row.pose);
+                wrong.get_or_insert(unknown("singles.csv", &row.scene, what));
+                return Ok(());
+            };
+            if !scene.binaries.note(row.launch, row.binary) {
+                wrong.get_or_insert(two_binaries(&row.scene, row.launch));
+            }
+            let SingleRow { cache, pose, launch, ns, .. } = row;
+            let single = Single { cache, pose, chunk, launch, ns: ns as f64 };
+            scene.singles.entry(case.clone()).or_default().push(single);
+            Ok(())
+        })?;
     }
-    for row in read_rows::<BuildRow>(folder)? {
+    for_each_row(folder, |row: BuildRow| {
+        is_asked(row.launch)?;
         let scene = scenes.entry(row.scene.clone()).or_default();
         scene.launches = scene.launches.max(row.launch as usize + 1);
         if !scene.binaries.note(row.launch, row.binary) {
@@ -215,7 +232,8 @@ pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
         let item = intern(&mut scene.parts, row.part);
         let sample = Sample { launch: row.launch, block: row.block, item, ns: row.ns as f64 };
         scene.builds.entry(case).or_default().push(sample);
-    }
+        Ok(())
+    })?;
     if let Some(error) = wrong {
         return Err(error);
     }

@@ -11,7 +11,7 @@ mod stock;
 use super::options::ClearanceOptions;
 use super::progress::Bar;
 use super::style::{self, Tone};
-use super::subject::{SET_UP_EXAMPLES, Subject};
+use super::subject::{SET_UP_EXAMPLES, Subject, is_new_or_written};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::geometry::Mesh;
@@ -117,8 +117,9 @@ impl Reports {
             ("--stock-out", &stock.stock_out),
             ("--target", &stock.target),
         ];
+        let read = [read, stock.target.as_slice()].concat();
         for (option, file) in &files[..4] {
-            file.as_deref().map(|file| subject.refuse_output(option, file, read)).transpose()?;
+            file.as_deref().map(|file| subject.refuse_output(option, file, &read)).transpose()?;
         }
         if let Some(file) = stock
             .stock_out
@@ -146,17 +147,19 @@ impl Reports {
         Ok(())
     }
 
-    /// Reports that there is no answer, so that those of an earlier run are not taken for one.
+    /// Reports that there is no answer, so that those of an earlier run are not taken for one. Files of other kinds than reports stay: what
+    /// was read before the error is not known.
     fn write_failure(&self, subject: &Subject, error: &anyhow::Error) -> Result<()> {
         let error = super::error_text(error);
-        if let Some(file) = &self.sarif {
+        let ours = |file: &&PathBuf| is_new_or_written(file);
+        if let Some(file) = self.sarif.as_ref().filter(ours) {
             write_text(file, &pretty(&sarif::failure(&error))?)?;
         }
-        if let Some(file) = &self.junit {
+        if let Some(file) = self.junit.as_ref().filter(ours) {
             let program = subject.program.as_deref().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
             write_text(file, &junit::failure(&subject.scene, &program, &error)?)?;
         }
-        if let Some(file) = &self.certify {
+        if let Some(file) = self.certify.as_ref().filter(ours) {
             write_text(file, &format!("no certificate: {}\n", error.replace('\n', " ")))?;
         }
         Ok(())

@@ -196,17 +196,30 @@ impl Extent {
     /// When something named does not exist, or the folder cannot be used.
     pub fn open(&self, (scenes, shard): (&[String], Option<Shard>), folder: &Path, registry: &Registry) -> Result<Run> {
         use_threads(self.threads)?;
-        let selection = Selection {
+        let mut plan = self.repetitions.apply(Plan::new(self.selection(scenes), registry)?)?;
+        plan.shard = shard;
+        open_run(plan, folder, &self.cache_folder(folder), self.fresh)
+    }
+
+    /// The plan of what was asked for of one scene, whose path or name is given; `load` loads it.
+    ///
+    /// # Errors
+    /// When the scene cannot be loaded, or something named does not exist.
+    pub fn plan_of(&self, scene: &str, load: impl FnOnce() -> Result<Scene>, registry: &Registry) -> Result<Plan> {
+        use_threads(self.threads)?;
+        let plan = Plan::of_scenes(self.selection(&[scene.to_owned()]), [Ok(load()?)], registry)?;
+        self.repetitions.apply(plan)
+    }
+
+    fn selection(&self, scenes: &[String]) -> Selection {
+        Selection {
             profile: self.profile,
             scenes: scenes.to_vec(),
             variants: self.variants.clone(),
             workloads: self.workloads.clone(),
             policies: self.policies.clone(),
             seed: self.seed,
-        };
-        let mut plan = self.repetitions.apply(Plan::new(selection, registry)?)?;
-        plan.shard = shard;
-        open_run(plan, folder, &self.cache_folder(folder), self.fresh)
+        }
     }
 }
 

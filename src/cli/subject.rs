@@ -95,9 +95,9 @@ impl Subject {
     /// # Errors
     /// When it is such a file.
     pub fn refuse_output(&self, option: &str, file: &Path, read: &[PathBuf]) -> Result<()> {
-        let stock = self.job.stock.as_deref().map(|text| text.split(['@', ':']).next().unwrap_or(text));
-        let inputs =
-            [self.program.as_deref(), self.tool_table.as_deref(), self.job.library.as_deref(), stock.map(Path::new)];
+        let stock = self.job.stock.as_deref().and_then(|text| StockSpec::parse(text).ok());
+        let stock = stock.as_ref().and_then(StockSpec::file);
+        let inputs = [self.program.as_deref(), self.tool_table.as_deref(), self.job.library.as_deref(), stock];
         let inputs = inputs.into_iter().flatten().chain(read.iter().map(PathBuf::as_path));
         refuse_output(option, file, &self.scene, inputs)
     }
@@ -135,6 +135,7 @@ impl Subject {
             None => scene.program.clone(),
         };
         if let Some(run) = &run {
+            scene.files.extend(run.called_files());
             print_notes(&run.program);
             // A library holds more than one program uses.
             let asked = job.tools.iter().filter(|_| self.job.library.is_none());
@@ -147,6 +148,13 @@ impl Subject {
 
 /// Kinds of files that a command may replace in a scene's folder: what it writes, and nobody draws or programs.
 const WRITTEN: [&str; 6] = ["sarif", "json", "xml", "cert", "html", "png"];
+
+/// Whether there is no such file, or it is of a kind that is [`WRITTEN`].
+pub fn is_new_or_written(file: &Path) -> bool {
+    let Ok(place) = file.canonicalize() else { return true };
+    let kind = place.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    WRITTEN.contains(&&*kind)
+}
 
 /// Refuses a file that is no place for what an option writes: devices and folders, and what is read.
 ///
@@ -164,9 +172,8 @@ pub fn refuse_output<'a>(
         bail!("{option} {name}: what it writes goes into a file of its own, and this is none");
     }
     let is_it = |input: &Path| input.canonicalize().is_ok_and(|input| input == place);
-    let kind = place.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let is_of_scene = || Path::new(scene).canonicalize().is_ok_and(|folder| place.starts_with(folder));
-    if inputs.into_iter().any(is_it) || !WRITTEN.contains(&&*kind) && is_of_scene() {
+    if inputs.into_iter().any(is_it) || !is_new_or_written(&place) && is_of_scene() {
         bail!("{option} {name}: this would replace what is read; name another file");
     }
     Ok(())

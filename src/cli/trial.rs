@@ -1,13 +1,13 @@
 //! `try`: a scene or meshes of one's own through every stage, on a page about them and not about the paper.
 
-use super::options::{Extent, OutputOptions};
+use super::options::{Extent, OutputOptions, open_run};
 use super::progress::Bar;
 use super::{CLEAR, FAILED, analyze, conclusion, launch, say, style, verify};
 use crate::analysis::claims::ClaimSet;
-use crate::measure::Run;
-use crate::record::manifest::{Manifest, Stage};
+use crate::measure::{Plan, Progress};
+use crate::record::manifest::Stage;
 use crate::registry::Registry;
-use crate::scene::Scene;
+use crate::scene::{Overrides, Scene};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde_json::json;
@@ -32,17 +32,25 @@ pub struct Options {
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let names: Vec<String> = options.paths.iter().map(|path| file_stem(path)).collect();
     let folder = options.extent.folder(&format!("try-{}", names.join("-")));
-    let scene = match options.paths.as_slice() {
-        [scene] if !is_mesh(scene) => scene.clone(),
-        files => scene_of(files, &folder, options.extent.fresh)?,
+    let (extent, mut made) = (&options.extent, None);
+    let plan = match options.paths.as_slice() {
+        [scene] if !is_mesh(scene) => extent.plan_of(scene, || Ok(Scene::find(scene)?), registry)?,
+        files => {
+            let scene = made.insert(MadeScene::of(files, &folder)?);
+            extent.plan_of(&scene.folder.to_string_lossy(), || scene.load(), registry)?
+        }
     };
-    let title = Scene::find(&scene)?.title;
-    let mut run = options.extent.open((&[scene], None), &folder, registry)?;
-    let claims = ClaimSet::none(&title, baseline(&run)?);
+    let title = plan.scenes.first().map_or_else(String::new, |scene| scene.title.clone());
+    let claims = ClaimSet::none(&title, baseline(&plan)?);
+    let mut run = open_run(plan, &folder, &extent.cache_folder(&folder), extent.fresh)?;
+    // The run's folder is locked, and its run is this one: nothing is refused any more.
+    if let Some(scene) = made {
+        scene.write()?;
+    }
     let bar = Bar::new(options.output.quiet);
     let verification = if run.has_finished(Stage::Verify) { run.verification()? } else { run.verify(&bar)? };
     if !run.has_finished(Stage::Measure) {
-        launch::measure(&mut run, &options.extent.cache_folder(&folder), &bar)?;
+        launch::measure(&mut run, &extent.cache_folder(&folder), &bar)?;
     }
     run.manifest().check_rows(&folder)?;
     let (outcome, gallery, report, page) = analyze::finish(&mut run, &claims, registry, &bar)?;
@@ -64,17 +72,17 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
 }
 
 /// The variant that the others are compared with: the reference where the run has it.
-fn baseline(run: &Run) -> Result<&str> {
-    let manifest = run.manifest();
-    let first = || manifest.variants.iter().find(|entry| entry.safe).map(|entry| entry.id.as_str());
-    let null_of = Some(manifest.null_of.as_str()).filter(|id| !id.is_empty());
+fn baseline(plan: &Plan) -> Result<&str> {
+    let first = || plan.variants.iter().find(|variant| variant.info.safe).map(|variant| variant.info.id);
+    let null_of = plan.null_reference().map(|case| case.id.as_str());
     null_of.or_else(first).context("none of the variants is safe, so there is none to compare the others with")
 }
 
-/// A file's or folder's name without its ending.
+/// A file's or folder's name without its ending; that of the folder meant where the path ends in `.` or `..`.
 fn stem(path: &str) -> String {
-    let absolute = fs::canonicalize(path).unwrap_or_else(|_| PathBuf::from(path));
-    absolute.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    let stem = |path: &Path| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let real = || stem(&fs::canonicalize(path).ok()?);
+    stem(Path::new(path)).or_else(real).unwrap_or_else(|| "scene".to_owned())
 }
 
 /// The same in letters that any file system takes.
@@ -91,50 +99,71 @@ fn is_mesh(path: &str) -> bool {
 /// First line of a scene that was made here, which may be made again.
 const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
 
-/// Writes a folder with a scene of meshes and poses, beside that of the run, and returns its path. All files are read before one is written, as
-/// they may be those of the folder. A run of other files is not left without its scene, unless it begins afresh.
-fn scene_of(files: &[String], run: &Path, fresh: bool) -> Result<String> {
-    let (poses, meshes): (Vec<&String>, Vec<&String>) =
-        files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
-    let [poses] = poses.as_slice() else {
-        bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
-    };
-    ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
-    let folder = PathBuf::from(format!("{}-scene", run.display()));
-    let scene = folder.join("scene.toml");
-    let is_ours = fs::read_to_string(&scene).is_ok_and(|text| text.starts_with(MADE));
-    ensure!(
-        is_ours || !folder.exists(),
-        "{} is there and not from here; name another folder with --out",
-        folder.display()
-    );
-    let read = |file: &str| fs::read(file).with_context(|| format!("cannot read {file}"));
-    let mut content: BTreeMap<String, Vec<u8>> = BTreeMap::from([("poses.csv".to_owned(), read(poses)?)]);
-    let quoted = |text: &str| toml::Value::from(text).to_string();
-    let names = meshes.iter().map(|mesh| stem(mesh)).collect::<Vec<_>>();
-    let title = format!("{} at the poses of {}", names.join(" against "), stem(poses));
-    let mut text = format!("{MADE}title = {}\n", quoted(&title));
-    for (mesh, name) in meshes.iter().zip(&names) {
-        let ending = Path::new(mesh).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
-        let file = format!("{}{ending}", file_stem(mesh));
-        ensure!(!content.contains_key(&file), "{mesh}: another of the files would be named {file}, too; rename one");
-        content.insert(file.clone(), read(mesh)?);
-        text += &format!("\n[[parts]]\nname = {}\nmesh = {}\n", quoted(name), quoted(&file));
+/// Largest mesh or pose file, bytes: the limit for all files of a scene.
+const LARGEST_FILE: u64 = 1 << 30;
+
+/// A scene of meshes and poses, to be written beside the folder of a run.
+struct MadeScene {
+    folder: PathBuf,
+    /// The pose file as it was named.
+    poses: String,
+    /// The files of the folder, by name.
+    files: BTreeMap<String, Vec<u8>>,
+}
+
+impl MadeScene {
+    /// Reads the files, and writes none.
+    fn of(files: &[String], run: &Path) -> Result<Self> {
+        let (poses, meshes): (Vec<&String>, Vec<&String>) =
+            files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
+        let [poses] = poses.as_slice() else {
+            bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
+        };
+        ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
+        let folder = PathBuf::from(format!("{}-scene", run.display()));
+        let is_ours = fs::read_to_string(folder.join("scene.toml")).is_ok_and(|text| text.starts_with(MADE));
+        ensure!(
+            is_ours || !folder.exists(),
+            "{} is there and not from here; name another folder with --out",
+            folder.display()
+        );
+        let bytes = |file: &str| rs274::file::bytes(Path::new(file), LARGEST_FILE);
+        let read = |file: &str| bytes(file).with_context(|| format!("cannot read {file}"));
+        let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::from([("poses.csv".to_owned(), read(poses)?)]);
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let names = meshes.iter().map(|mesh| stem(mesh)).collect::<Vec<_>>();
+        let title = format!("{} at the poses of {}", names.join(" against "), stem(poses));
+        let mut text = format!("{MADE}title = {}\n", quoted(&title));
+        for (mesh, name) in meshes.iter().zip(&names) {
+            let ending = Path::new(mesh).extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+            let file = format!("{}{ending}", file_stem(mesh));
+            ensure!(!files.contains_key(&file), "{mesh}: another of the files would be named {file}, too; rename one");
+            files.insert(file.clone(), read(mesh)?);
+            text += &format!("\n[[parts]]\nname = {}\nmesh = {}\n", quoted(name), quoted(&file));
+        }
+        text += "\n[recorded]\nfile = \"poses.csv\"\n";
+        files.insert("scene.toml".to_owned(), text.into_bytes());
+        Ok(Self { folder, poses: (*poses).clone(), files })
     }
-    text += "\n[recorded]\nfile = \"poses.csv\"\n";
-    content.insert("scene.toml".to_owned(), text.into_bytes());
-    content.retain(|file, bytes| fs::read(folder.join(file)).ok().as_ref() != Some(&*bytes));
-    ensure!(
-        fresh || content.is_empty() || !run.join(Manifest::FILE).exists(),
-        "{} holds a run of other files; use --fresh to begin again, or name another folder with --out",
-        run.display()
-    );
-    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    // The scene file last: it makes the folder a scene.
-    let (scene, others): (Vec<_>, Vec<_>) = content.iter().partition(|(file, _)| *file == "scene.toml");
-    for (file, bytes) in others.into_iter().chain(scene) {
-        let file = folder.join(file);
-        fs::write(&file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
+
+    /// Loads it from memory, by the name that it has in its folder.
+    fn load(&self) -> Result<Scene> {
+        let real = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        let name = real.file_name().unwrap_or_default().to_string_lossy();
+        let scene = Scene::from_memory(&name, self.files.clone(), &Overrides::default());
+        scene.with_context(|| format!("{} and the meshes, by the names of their copies", self.poses))
     }
-    Ok(folder.display().to_string())
+
+    /// Writes the files that are not in the folder as they are, the scene file last: it makes the folder a scene.
+    fn write(self) -> Result<()> {
+        let Self { folder, mut files, .. } = self;
+        files.retain(|file, bytes| fs::read(folder.join(file)).ok().as_ref() != Some(&*bytes));
+        fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        let (scene, others): (Vec<_>, Vec<_>) = files.iter().partition(|(file, _)| *file == "scene.toml");
+        for (file, bytes) in others.into_iter().chain(scene) {
+            let file = folder.join(file);
+            fs::write(&file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
+        }
+        Ok(())
+    }
 }

@@ -151,15 +151,27 @@ impl Plan {
     /// # Errors
     /// An unknown variant, or a scene that cannot be loaded.
     pub fn new(selection: Selection, registry: &Registry) -> Result<Self, PlanError> {
+        let names: Vec<String> = match selection.scenes.as_slice() {
+            [] => Scene::BY_DEFAULT.iter().map(|&name| name.to_owned()).collect(),
+            names => names.to_vec(),
+        };
+        Self::of_scenes(selection, names.iter().map(|name| Scene::find(name)), registry)
+    }
+
+    /// As [`Self::new`], with what loading the scenes of the selection gives.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_scenes(
+        selection: Selection,
+        loaded: impl IntoIterator<Item = Result<Scene, SceneError>>,
+        registry: &Registry,
+    ) -> Result<Self, PlanError> {
         let variants = choose(&selection.variants, registry)?;
         let cases = variants.iter().flat_map(|variant| cases_of(variant, &selection.policies)).collect();
         let mut scenes: Vec<Scene> = Vec::new();
-        let asked: Vec<&str> = match selection.scenes.as_slice() {
-            [] => Scene::BY_DEFAULT.to_vec(),
-            names => names.iter().map(String::as_str).collect(),
-        };
-        for name in asked {
-            let scene = Scene::find(name)?;
+        for scene in loaded {
+            let scene = scene?;
             if scene.pairs.is_empty() {
                 return Err(PlanError::NoPairs { name: scene.name });
             }

@@ -232,11 +232,14 @@ pub fn read_text(path: &Path) -> Result<String, RecordError> {
     std::io::read_to_string(open(path)?).map_err(RecordError::io("read", path))
 }
 
-/// Hands the rows of the row type's file in `folder` to `visit` one at a time: for files too large to hold.
+/// Hands the rows of the row type's file in `folder` to `visit` one at a time: for files too large to hold. `visit` may refuse a row.
 ///
 /// # Errors
-/// When the file is missing or a row is not of its type.
-pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(), RecordError> {
+/// When the file is missing or a row is not of its type, or with the line of the row that is refused.
+pub fn for_each_row<R: Row>(
+    folder: &Path,
+    mut visit: impl FnMut(R) -> Result<(), &'static str>,
+) -> Result<(), RecordError> {
     let path = located(folder, R::FILE);
     let bad = |source| RecordError::Csv { path: path.clone(), source };
     let mut reader = csv::Reader::from_reader(open_table(folder, R::FILE)?);
@@ -244,11 +247,10 @@ pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(bad)? {
         let row: R = record.deserialize(Some(&headers)).map_err(bad)?;
-        row.check().map_err(|message| {
+        row.check().and_then(|()| visit(row)).map_err(|message| {
             let line = record.position().map_or(0, csv::Position::line);
             RecordError::Value { path: path.clone(), line, message }
         })?;
-        visit(row);
     }
     Ok(())
 }
@@ -259,7 +261,10 @@ pub fn for_each_row<R: Row>(folder: &Path, mut visit: impl FnMut(R)) -> Result<(
 /// When the file is missing or a row is not of its type.
 pub fn read_rows<R: Row>(folder: &Path) -> Result<Vec<R>, RecordError> {
     let mut rows = Vec::new();
-    for_each_row(folder, |row| rows.push(row))?;
+    for_each_row(folder, |row| {
+        rows.push(row);
+        Ok(())
+    })?;
     Ok(rows)
 }
 

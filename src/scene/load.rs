@@ -134,7 +134,8 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let clearances = read_clearances(&document, &parts, &scene.check.clearance)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
-    let (inputs, files, mesh_files) = folder.into_records();
+    let (inputs, mut files, mesh_files) = folder.into_records();
+    files.extend(program.iter().chain(&more_programs).flat_map(ProgramRun::called_files));
     Ok(Scene {
         name,
         title: scene.title,

@@ -245,7 +245,7 @@ pub struct Scene {
     pub mesh_files: Vec<MeshFile>,
     /// Content hash of every input of the scene, by path or name.
     pub inputs: BTreeMap<String, String>,
-    /// Real path of every file of the scene that was read from disk.
+    /// Real path of every file of the scene that was read from disk, with those of subroutines.
     pub files: Vec<PathBuf>,
 }
 

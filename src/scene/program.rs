@@ -274,6 +274,11 @@ impl ProgramRun {
         self.program.moves.iter().map(during).collect()
     }
 
+    /// Real paths of the files of subroutines that were read.
+    pub fn called_files(&self) -> impl Iterator<Item = PathBuf> {
+        self.program.called_files.iter().filter_map(|file| file.canonicalize().ok())
+    }
+
     /// Sets the origin of a work offset (`G54` to `G59.3`), machine coordinates, mm and radians.
     ///
     /// # Errors
@@ -296,7 +301,8 @@ impl ProgramRun {
 
     /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
     pub fn of_mill() -> Self {
-        let program = rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new() };
+        let program =
+            rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new(), called_files: Vec::new() };
         let setup = Setup::default();
         let start = setup.start;
         let (file, hash) = (PathBuf::new(), String::new());

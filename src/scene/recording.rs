@@ -2,11 +2,13 @@
 //!
 //! The columns are `part`, then either `qw qx qy qz tx ty tz` (a unit quaternion and mm) or `m00 m01 ... m23` (the upper three rows of the
 //! homogeneous matrix, mm in the last column). Both give `world_from_part`. A leading column `frame` groups rows: consecutive rows with the
-//! same text are one frame. Without it, every row is a frame. A part keeps its pose until a row moves it.
+//! same text are one frame, which names a part once. Without it, every row is a frame. A part keeps its pose until a row moves it. Lines that
+//! begin with `#` are comments.
 
 use super::error::{Place, SceneError};
 use crate::geometry::{Isometry, Vector};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Permitted deviation of a recorded rotation, per entry of RᵀR - 1 and for |q|² - 1. A file with six decimals deviates by up to 3·1e-6; a
@@ -16,11 +18,55 @@ pub const ROTATION_TOLERANCE: f64 = 1e-4;
 const QUATERNION: [&str; 7] = ["qw", "qx", "qy", "qz", "tx", "ty", "tz"];
 const MATRIX: [&str; 12] = ["m00", "m01", "m02", "m03", "m10", "m11", "m12", "m13", "m20", "m21", "m22", "m23"];
 
-/// `world_from_part` of every part, frame by frame.
+/// `world_from_part` of every part, frame by frame. It takes memory for the poses that are added, not for all parts in all frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// The poses, per frame and per part of the scene.
-    pub frames: Vec<Vec<Isometry>>,
+    frames: usize,
+    /// By part of the scene.
+    tracks: Vec<Track>,
+}
+
+/// The poses of a part.
+#[derive(Clone, Debug, PartialEq)]
+struct Track {
+    initial: Isometry,
+    /// The frames in which it moves, in order, and its poses from there on.
+    moves: Vec<(usize, Isometry)>,
+}
+
+impl Recording {
+    /// A recording without frames; `initial` holds the pose of each part until it moves.
+    pub fn new(initial: &[Isometry]) -> Self {
+        let tracks = initial.iter().map(|&initial| Track { initial, moves: Vec::new() }).collect();
+        Self { frames: 0, tracks }
+    }
+
+    /// Number of frames.
+    pub const fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Begins a frame in which all parts are where they were.
+    pub const fn begin_frame(&mut self) {
+        self.frames += 1;
+    }
+
+    /// Moves a part in the last frame; `false` when it has been moved in that frame.
+    pub fn add(&mut self, part: usize, pose: Isometry) -> bool {
+        let (frame, moves) = (self.frames.saturating_sub(1), &mut self.tracks[part].moves);
+        let is_first = moves.last().is_none_or(|(moved, _)| *moved < frame);
+        if is_first {
+            moves.push((frame, pose));
+        }
+        is_first
+    }
+
+    /// `world_from_part` of a part in a frame, counted from 0.
+    pub fn pose(&self, part: usize, frame: usize) -> Isometry {
+        let Track { initial, moves } = &self.tracks[part];
+        let after = moves.partition_point(|(moved, _)| *moved <= frame);
+        moves[..after].last().map_or(*initial, |(_, pose)| *pose)
+    }
 }
 
 /// The columns that a file has.
@@ -38,13 +84,33 @@ impl Layout {
         let is_matrix = numbers == MATRIX;
         (part == "part" && (is_matrix || numbers == QUATERNION)).then_some(Self { has_frame, is_matrix })
     }
+
+    /// The pose of a row.
+    ///
+    /// # Errors
+    /// The column of what is wrong, and what it is.
+    fn pose(&self, record: &csv::StringRecord) -> Result<Isometry, (usize, String)> {
+        let first = 1 + usize::from(self.has_frame);
+        let mut numbers = Vec::with_capacity(12);
+        for (index, field) in record.iter().enumerate().skip(first) {
+            let number = field.parse::<f64>().ok().filter(|x| x.is_finite());
+            let wrong = || (index + 1, format!("`{field}` is not a finite number (column = field)"));
+            numbers.push(number.ok_or_else(wrong)?);
+        }
+        let farthest = rs274::interpret::FARTHEST;
+        if let Some(far) = numbers.iter().find(|x| x.abs() > farthest) {
+            return Err((first + 1, format!("{far} is beyond {farthest:e} mm; is the unit right?")));
+        }
+        let pose = if self.is_matrix { from_matrix(&numbers) } else { from_quaternion(&numbers) };
+        pose.map_err(|message| (first + 1, message.to_owned()))
+    }
 }
 
 /// Reads a recording.
 ///
 /// # Errors
 /// [`SceneError`] with file, line and column of the first error: an unknown header or part, a value that is not a finite number, an invalid
-/// rotation, or a file without rows.
+/// rotation, a second row of a part in one frame, a frame that comes again after another, or a file without rows.
 pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry]) -> Result<Recording, SceneError> {
     let place = |line: usize, column: usize| Place { file: file.to_owned(), line, column };
     let meaning =
@@ -58,46 +124,45 @@ pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry
         let names = format!("part,{} or part,{}", QUATERNION.join(","), MATRIX.join(","));
         meaning(1, 1, format!("the columns must be {names}, after an optional frame"))
     })?;
-    let first_number = 1 + usize::from(layout.has_frame);
-    let mut frames: Vec<Vec<Isometry>> = Vec::new();
+    let part_at = usize::from(layout.has_frame);
+    let names_part = |line: &str| line.split(',').nth(part_at).is_some_and(|name| parts.contains(&name.trim()));
+    if let Some(index) = text.lines().position(|line| line.starts_with('#') && names_part(line)) {
+        let message = "this comment reads as a row; put its first cell in quotation marks, or remove it";
+        return Err(meaning(index + 1, 1, message.to_owned()));
+    }
+    let mut recording = Recording::new(initial);
+    let mut seen: HashSet<String> = HashSet::new();
     let mut last_frame: Option<String> = None;
     for record in reader.records() {
         let record = record.map_err(|error| syntax(&error))?;
         let line = record.position().map_or(1, csv::Position::line) as usize;
-        let part =
-            parts.iter().position(|part| *part == &record[first_number - 1]).ok_or_else(|| SceneError::Unknown {
-                place: place(line, first_number),
-                what: "part",
-                name: record[first_number - 1].to_owned(),
-                known: parts.join(", "),
-            })?;
-        let mut numbers = Vec::with_capacity(12);
-        for (index, field) in record.iter().enumerate().skip(first_number) {
-            let number = field.parse::<f64>().ok().filter(|x| x.is_finite());
-            numbers.push(number.ok_or_else(|| {
-                meaning(line, index + 1, format!("`{field}` is not a finite number (column = field)"))
-            })?);
-        }
-        let farthest = rs274::interpret::FARTHEST;
-        if let Some(far) = numbers.iter().find(|x| x.abs() > farthest) {
-            let message = format!("{far} is beyond {farthest:e} mm; is the unit right?");
-            return Err(meaning(line, first_number + 1, message));
-        }
-        let pose = if layout.is_matrix { from_matrix(&numbers) } else { from_quaternion(&numbers) };
-        let pose = pose.map_err(|message| meaning(line, first_number + 1, message.to_owned()))?;
+        let name = &record[part_at];
+        let part = parts.iter().position(|part| *part == name).ok_or_else(|| SceneError::Unknown {
+            place: place(line, part_at + 1),
+            what: "part",
+            name: name.to_owned(),
+            known: parts.join(", "),
+        })?;
+        let pose = layout.pose(&record).map_err(|(column, message)| meaning(line, column, message))?;
         let frame = layout.has_frame.then(|| record[0].to_owned());
-        if frames.is_empty() || frame.is_none() || frame != last_frame {
-            frames.push(frames.last().map_or_else(|| initial.to_vec(), Clone::clone));
+        if frame.is_none() || frame != last_frame {
+            if let Some(frame) = &frame
+                && !seen.insert(frame.clone())
+            {
+                let message = format!("frame `{frame}` comes again after another; sort the rows by frame");
+                return Err(meaning(line, 1, message));
+            }
+            recording.begin_frame();
             last_frame = frame;
         }
-        if let Some(current) = frames.last_mut() {
-            current[part] = pose;
+        if !recording.add(part, pose) {
+            return Err(meaning(line, part_at + 1, format!("`{name}` has a pose in this frame already")));
         }
     }
-    if frames.is_empty() {
+    if recording.frames() == 0 {
         return Err(meaning(1, 1, "there is no pose in the file".to_owned()));
     }
-    Ok(Recording { frames })
+    Ok(recording)
 }
 
 fn from_quaternion(numbers: &[f64]) -> Result<Isometry, &'static str> {
@@ -133,18 +198,18 @@ mod tests {
         parse(
             text,
             Path::new("poses.csv"),
-            &["bed", "arm"],
-            &[Isometry::translation(9.0, 0.0, 0.0), Isometry::identity()],
+            &["bed", "arm", "#clamp"],
+            &[Isometry::translation(9.0, 0.0, 0.0), Isometry::identity(), Isometry::identity()],
         )
     }
 
     #[test]
     fn without_frames_every_row_is_one_and_others_hold_their_pose() {
         let recording = read("part,qw,qx,qy,qz,tx,ty,tz\narm,1,0,0,0,1,2,3\n# a comment\nbed,1,0,0,0,0,0,5\n").unwrap();
-        assert_eq!(recording.frames.len(), 2);
-        assert_eq!(recording.frames[0][0].translation.x, 9.0);
-        assert_eq!(recording.frames[1][0].translation.z, 5.0);
-        assert_eq!(recording.frames[1][1].translation.y, 2.0);
+        assert_eq!(recording.frames(), 2);
+        assert_eq!(recording.pose(0, 0).translation.x, 9.0);
+        assert_eq!(recording.pose(0, 1).translation.z, 5.0);
+        assert_eq!([0, 1].map(|frame| recording.pose(1, frame).translation.y), [2.0, 2.0]);
     }
 
     #[test]
@@ -153,22 +218,38 @@ mod tests {
         let text = "frame,part,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\n\
                     0,arm,0,-1,0,10,1,0,0,20,0,0,1,30\n0,bed,1,0,0,0,0,1,0,0,0,0,1,0\n1,bed,1,0,0,7,0,1,0,0,0,0,1,0\n";
         let recording = read(text).unwrap();
-        assert_eq!(recording.frames.len(), 2);
-        let moved = recording.frames[1][1] * Point::new(1.0, 0.0, 0.0);
+        assert_eq!(recording.frames(), 2);
+        let moved = recording.pose(1, 1) * Point::new(1.0, 0.0, 0.0);
         assert!((moved - Point::new(10.0, 21.0, 30.0)).norm() < 1e-12);
-        assert_eq!(recording.frames[1][0].translation.x, 7.0);
+        assert_eq!([0, 1].map(|frame| recording.pose(0, frame).translation.x), [0.0, 7.0]);
+    }
+
+    #[test]
+    fn a_name_in_quotation_marks_may_begin_as_a_comment() {
+        let text = "part,qw,qx,qy,qz,tx,ty,tz\n\"#clamp\",1,0,0,0,1,2,3\n#arm,1,0,0,0,9,9,9\n";
+        let recording = read(text).unwrap();
+        assert_eq!((recording.frames(), recording.pose(2, 0).translation.z), (1, 3.0));
     }
 
     #[test]
     fn errors_name_file_and_line() {
-        let q = "part,qw,qx,qy,qz,tx,ty,tz\n";
+        let (q, one) = ("part,qw,qx,qy,qz,tx,ty,tz\n", "1,0,0,0,0,0,0\n");
         for (text, message) in [
             ("part,x,y\n".to_owned(), "poses.csv:1:1: the columns must be"),
             (q.to_owned(), "poses.csv:1:1: there is no pose"),
-            (format!("{q}leg,1,0,0,0,0,0,0\n"), "poses.csv:2:1: there is no part named `leg`; there are bed, arm"),
+            (
+                format!("{q}leg,1,0,0,0,0,0,0\n"),
+                "poses.csv:2:1: there is no part named `leg`; there are bed, arm, #clamp",
+            ),
             (format!("{q}arm,1,0,0,0,0,0,0\narm,1,0,0,0,0,nan,0\n"), "poses.csv:3:7: `nan` is not a finite number"),
             (format!("{q}arm,2,0,0,0,0,0,0\n"), "poses.csv:2:2: the quaternion's length"),
             (format!("{q}arm,1,0,0\n"), "poses.csv:2:1: CSV error"),
+            (format!("{q}bed,{one}#arm,{one}# arm, too\n#clamp,{one}"), "poses.csv:5:1: this comment reads as a row"),
+            (format!("frame,{q}1,arm,{one}1,bed,{one}1,arm,{one}"), "poses.csv:4:2: `arm` has a pose in this frame"),
+            (format!("frame,{q},arm,{one},arm,{one}"), "poses.csv:3:2: `arm` has a pose in this frame already"),
+            (format!("frame,{q}1,arm,{one}2,arm,{one}1,bed,{one}"), "poses.csv:4:1: frame `1` comes again"),
+            (format!("frame,{q}#1,arm,{one}"), "poses.csv:2:1: this comment reads as a row"),
+            (format!("frame,{q}arm,{one}"), "poses.csv:2:1: CSV error"),
         ] {
             let error = read(&text).unwrap_err().to_string();
             assert!(error.starts_with(message), "{error}");

@@ -5,7 +5,7 @@ use crate::geometry::import::{self, Unit};
 use crate::geometry::shapes::round::Cylinder;
 use crate::geometry::shapes::{RoundedBox, Shape, Tessellation};
 use crate::geometry::{Isometry, Mesh, Vector};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The name of the part that represents the stock.
@@ -60,6 +60,14 @@ impl StockSpec {
             Form::File { path: path.into(), unit }
         };
         Ok(Self { form, at })
+    }
+
+    /// The mesh file, if it is one.
+    pub fn file(&self) -> Option<&Path> {
+        match &self.form {
+            Form::File { path, .. } => Some(path),
+            Form::Box(_) | Form::Cylinder { .. } => None,
+        }
     }
 
     /// The part on the link that carries the workpiece, and a description of its position. The frame of its mesh is that of G54, or that of

@@ -23,7 +23,7 @@ use super::setup::Setup;
 use super::source::{self, Source};
 use super::transform::Transforms;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Farthest an axis may be from zero, mm or degrees; farther out a number has no tenths of micrometres left.
 pub const FARTHEST: f64 = 1e9;
@@ -46,6 +46,8 @@ pub struct Program {
     pub blocks: Vec<String>,
     /// What its reader should know: codes that were skipped, numbers whose meaning is a guess.
     pub notes: Vec<Note>,
+    /// The files of subroutines that were read beside it.
+    pub called_files: Vec<PathBuf>,
 }
 
 /// Executes a program.
@@ -63,7 +65,8 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let mut interpreter = Interpreter::new(setup);
     let errors = interpreter.run(&text);
     if errors.is_empty() {
-        return Ok(Program { moves: interpreter.moves, blocks: lines, notes: interpreter.notes });
+        let called_files = text.called_files().map(Path::to_owned).collect();
+        return Ok(Program { moves: interpreter.moves, blocks: lines, notes: interpreter.notes, called_files });
     }
     let error = all_in_one(errors, &text);
     Err(foreign::recognise(&lines, file, setup.dialect, error))

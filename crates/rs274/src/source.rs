@@ -160,6 +160,11 @@ impl Source {
         (file, (at - first) as u32 + 1)
     }
 
+    /// The files of subroutines that were read.
+    pub fn called_files(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().skip(1).map(|(file, _)| file.as_path())
+    }
+
     /// How many lines are the program's own.
     pub fn own_lines(&self) -> usize {
         self.own

@@ -85,6 +85,7 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
     """Reads the recorded poses of a scene, with matrices or quaternions: for each frame the parts that it names. Raises `RunError` with file and line."""
     frames: list[dict[str, NDArray[np.float64]]] = []
     last: str | None = None
+    seen: set[str] = set()
     # Comments are blank lines, so that the reader counts them.
     reader = csv.reader("\n" if line.startswith("#") else line for line in io.StringIO(_text(path), newline=None))
     rows = ([field.strip() for field in row] for row in reader if row)
@@ -102,9 +103,15 @@ def read_poses(path: str | os.PathLike[str]) -> list[dict[str, NDArray[np.float6
                 raise RunError(f"{path}:{reader.line_num}: {error}") from error
             frame = row[0] if has_frame else None
             if not frames or frame is None or frame != last:
+                if frame is not None and frame in seen:
+                    raise RunError(f"{path}:{reader.line_num}: frame `{frame}` comes again after another; sort the rows by frame")
+                seen.add(frame or "")
                 frames.append({})
             last = frame
-            frames[-1][row[int(has_frame)]] = pose
+            part = row[int(has_frame)]
+            if part in frames[-1]:
+                raise RunError(f"{path}:{reader.line_num}: `{part}` has a pose in this frame already")
+            frames[-1][part] = pose
     except csv.Error as error:
         raise RunError(f"{path}:{reader.line_num}: {error}") from error
     if not frames:

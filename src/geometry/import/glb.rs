@@ -1,11 +1,11 @@
 //! GLB, the binary form of glTF (Khronos Group, glTF 2.0 Specification, 2021; sections in parentheses).
 //!
-//! The meshes of the default scene are read, placed by their nodes in the rest pose. Skins, morph targets, points and lines are ignored.
+//! The meshes of the default scene are read, placed by their nodes in the rest pose. Points and lines are ignored.
 //! Coordinates are metres unless the caller says otherwise (3.4), and stay in the file's axes: in glTF y points up, not z.
 //!
 //! `serde_json` reads the JSON into the few fields that positions need. The `gltf` crate is not used: its arithmetic on the lengths, counts
-//! and strides of a file is unchecked, and it is larger than these fields. Deviations: buffers outside the file, sparse accessors, and
-//! extensions that change positions are refused by name.
+//! and strides of a file is unchecked, and it is larger than these fields. Deviations: buffers outside the file, sparse accessors, skins,
+//! morph targets of nonzero weight, and extensions that may place or change geometry are refused by name.
 
 use super::super::{Point, Vector};
 use super::error::{ImportError, Place};
@@ -14,6 +14,7 @@ use super::{METRE, Raw};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 const MAGIC: &[u8] = b"glTF";
@@ -59,11 +60,17 @@ struct Node {
     translation: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
     scale: Option<[f64; 3]>,
+    skin: Option<IgnoredAny>,
+    /// Weights of the mesh's morph targets; they replace those of the mesh (3.5.4).
+    weights: Option<Vec<f64>>,
+    extensions: BTreeMap<String, IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
 struct MeshObject {
     primitives: Vec<Primitive>,
+    #[serde(default)]
+    weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -72,6 +79,9 @@ struct Primitive {
     indices: Option<usize>,
     #[serde(default = "triangles")]
     mode: u32,
+    /// Morph targets.
+    #[serde(default)]
+    targets: Vec<IgnoredAny>,
 }
 
 const fn triangles() -> u32 {
@@ -112,6 +122,11 @@ struct Buffer {
     uri: Option<IgnoredAny>,
 }
 
+/// Whether an extension leaves all positions as they are.
+fn is_harmless(extension: &str) -> bool {
+    ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_"].iter().any(|prefix| extension.starts_with(prefix))
+}
+
 /// The place of an error, and its description.
 type Fault = (Place, String);
 
@@ -130,10 +145,7 @@ fn read_document(content: &[u8]) -> Result<Raw, Fault> {
         let line = json.split_inclusive(|b| *b == b'\n').take(error.line().saturating_sub(1)).map(<[u8]>::len);
         (Place::Byte(start + line.sum::<usize>() + error.column().saturating_sub(1)), error.to_string())
     })?;
-    let harmless = |name: &&String| {
-        ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_"].iter().any(|prefix| name.starts_with(prefix))
-    };
-    if let Some(extension) = document.extensions_required.iter().find(|name| !harmless(name)) {
+    if let Some(extension) = document.extensions_required.iter().find(|extension| !is_harmless(extension)) {
         return fault("extensionsRequired", format!("the extension {extension} is not read"));
     }
     let file = File { document: &document, binary };
@@ -149,9 +161,15 @@ fn read_document(content: &[u8]) -> Result<Raw, Fault> {
         if std::mem::replace(&mut visited[index], true) {
             return fault(name, "the node is in the scene twice; nodes must form trees");
         }
+        if let Some(extension) = node.extensions.keys().find(|extension| !is_harmless(extension)) {
+            return fault(name, format!("the extension {extension} is not read"));
+        }
         let placement = holder.of(&node.placement());
         if let Some(mesh) = node.mesh {
-            file.add_mesh(&mut raw, mesh, &placement)?;
+            if node.skin.is_some() {
+                return fault(name, "skins are not read; export the mesh in the pose that it shall have");
+            }
+            file.add_mesh(&mut raw, mesh, node.weights.as_deref(), &placement)?;
         }
         waiting.extend(node.children.iter().rev().map(|&child| (child, placement)));
     }
@@ -237,17 +255,22 @@ impl<'a> File<'a> {
         Ok((0..held.len()).filter(|&node| !held[node]).collect())
     }
 
-    fn add_mesh(&self, raw: &mut Raw, index: usize, at: &Placement) -> Result<(), Fault> {
+    /// Adds a mesh; `weights` are those of its node.
+    fn add_mesh(&self, raw: &mut Raw, index: usize, weights: Option<&[f64]>, at: &Placement) -> Result<(), Fault> {
         let name = format!("meshes[{index}]");
         let Some(mesh) = self.document.meshes.get(index) else {
             return fault(name, format!("there is no such mesh, only {}", self.document.meshes.len()));
         };
+        let is_morphed = weights.unwrap_or(&mesh.weights).iter().any(|weight| *weight != 0.0);
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let name = format!("{name}.primitives[{number}]");
             match primitive.mode {
                 0..=3 => continue,
                 4..=6 => {}
                 mode => return fault(name, format!("there is no mode {mode}")),
+            }
+            if is_morphed && !primitive.targets.is_empty() {
+                return fault(name, "morph targets are not read; export the mesh in the shape that it shall have");
             }
             let Some(position) = primitive.attributes.position else { continue };
             let vertices = self.positions(position)?;

@@ -2,7 +2,8 @@
 //!
 //! Only vertex positions and faces are used. `tobj` receives only these, without texture and normal indices, so that a broken texture index
 //! cannot spoil a good mesh. It receives one line at a time, so that its errors have line numbers. Polygons are divided into triangles
-//! ([`super::polygon`]). Lines and points are ignored; objects and groups are merged into one mesh.
+//! ([`super::polygon`]). Lines, points and curves are ignored; objects and groups are merged into one mesh. A statement that is not known is
+//! refused, because it may be a surface.
 
 use super::super::Point;
 use super::error::{ImportError, Place, quote};
@@ -12,13 +13,36 @@ use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::Path;
 
+/// Statements that define no surface: coordinates of textures, normals and parameters, groups, materials, display, lines, points, curves.
+const WITHOUT_SURFACE: &str = "vt vn vp g o s mg mtllib usemtl maplib usemap lod bevel c_interp d_interp shadow_obj trace_obj l p cstype \
+                               deg bmat step curv curv2 parm sp end ctech stech scrv";
+
+/// What a line states.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Statement {
+    Vertex,
+    Face,
+    WithoutSurface,
+    Unknown,
+}
+
+fn statement(line: &str) -> Statement {
+    match line.split_ascii_whitespace().next() {
+        Some("v") => Statement::Vertex,
+        // The older name of a face.
+        Some("f" | "fo") => Statement::Face,
+        Some(word) if !word.starts_with('#') && !WITHOUT_SURFACE.split(' ').any(|known| known == word) => {
+            Statement::Unknown
+        }
+        _ => Statement::WithoutSurface,
+    }
+}
+
 /// Whether content without a known extension looks like OBJ: its first vertex comes before any line that is not OBJ.
 pub(super) fn is_obj(content: &[u8]) -> bool {
-    const KEYWORDS: [&str; 10] = ["#", "v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"];
     let text = String::from_utf8_lossy(content);
-    let mut words = text.lines().filter_map(|line| line.split_ascii_whitespace().next());
-    let first = words.find(|word| *word == "v" || !(KEYWORDS.contains(word) || word.starts_with('#')));
-    first == Some("v")
+    let first = text.lines().map(statement).find(|found| matches!(found, Statement::Vertex | Statement::Unknown));
+    first == Some(Statement::Vertex)
 }
 
 pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
@@ -31,6 +55,9 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
         place: Place::Line(line),
         message: format!("{message}: {}", quote(text.lines().nth(line.saturating_sub(1)).unwrap_or(""))),
     };
+    if let Some(index) = text.lines().position(|line| statement(line) == Statement::Unknown) {
+        return Err(wrong(index + 1, "this statement is not read, and may be a surface".to_owned()));
+    }
     if let Some(line) = line_beyond(&text, MOST) {
         return Err(wrong(line, format!("the file has more than {MOST} vertices or triangles")));
     }
@@ -65,18 +92,22 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
 
 /// The number of triangles that a line defines as a face: a point or a line has none.
 fn triangles(line: &str) -> usize {
-    let mut words = line.split_ascii_whitespace();
-    match words.next() {
-        Some("f") => words.take_while(|word| !word.starts_with('#')).count().saturating_sub(2),
+    match statement(line) {
+        Statement::Face => corners(line).count().saturating_sub(2),
         _ => 0,
     }
+}
+
+/// The corners of a face, as they are written.
+fn corners(line: &str) -> impl Iterator<Item = &str> {
+    line.split_ascii_whitespace().skip(1).take_while(|word| !word.starts_with('#'))
 }
 
 /// The line, counted from 1, with which a file has more than `most` vertices or triangles.
 fn line_beyond(text: &str, most: usize) -> Option<usize> {
     let (mut vertices, mut faces) = (0, 0);
     let is_beyond = |line: &str| {
-        vertices += usize::from(line.split_ascii_whitespace().next() == Some("v"));
+        vertices += usize::from(statement(line) == Statement::Vertex);
         faces += triangles(line);
         vertices > most || faces > most
     };
@@ -91,25 +122,31 @@ fn line_of_face(text: &str, face: usize) -> usize {
 
 /// The line without texture and normal indices if it defines a vertex or a face; otherwise a blank line.
 fn positions_only(line: &str) -> String {
-    let mut words = line.split_ascii_whitespace();
-    match words.next() {
-        Some("v") => line.split_ascii_whitespace().take(4).collect::<Vec<_>>().join(" "),
-        Some("f") => {
+    match statement(line) {
+        Statement::Vertex => line.split_ascii_whitespace().take(4).collect::<Vec<_>>().join(" "),
+        Statement::Face => {
             let index = |word| str::split(word, '/').next().unwrap_or("");
-            let comment = |word: &&str| !word.starts_with('#');
-            std::iter::once("f").chain(words.take_while(comment).map(index)).collect::<Vec<_>>().join(" ")
+            std::iter::once("f").chain(corners(line).map(index)).collect::<Vec<_>>().join(" ")
         }
         _ => String::new(),
     }
 }
 
-/// The first line, counted from 1, with a face that refers to an undefined vertex; 0 when there is none.
+/// The first line, counted from 1, with a face that refers to an undefined vertex; 0 when there is none. An index above 0 counts all vertices
+/// of the file, one below 0 those before its line.
 fn line_of_missing_vertex(text: &str) -> usize {
-    let lines = || text.lines().map(positions_only);
-    let vertices = lines().filter(|line| line.starts_with('v')).count();
-    let missing =
-        |word: &str| word.parse::<i64>().is_ok_and(|index| index == 0 || index.unsigned_abs() as usize > vertices);
-    lines().position(|line| line.split_ascii_whitespace().any(missing) && line.starts_with('f')).map_or(0, |i| i + 1)
+    let all = text.lines().filter(|line| statement(line) == Statement::Vertex).count();
+    let mut before = 0;
+    let is_wrong = |line: &str| {
+        before += usize::from(statement(line) == Statement::Vertex);
+        let is_missing = |index: i64| {
+            let among = if index > 0 { all } else { before };
+            index == 0 || index.unsigned_abs() as usize > among
+        };
+        let is_face = statement(line) == Statement::Face;
+        is_face && positions_only(line).split_ascii_whitespace().any(|word| word.parse::<i64>().is_ok_and(is_missing))
+    };
+    text.lines().position(is_wrong).map_or(0, |index| index + 1)
 }
 
 #[cfg(test)]
@@ -124,5 +161,9 @@ mod tests {
         }
         assert_eq!(line_beyond("v 0 0 0\nf 1 1 1 1 1 1 1\n", 4), Some(2));
         assert_eq!([0, 1, 2].map(|face| line_of_face(text, face)), [7, 8, 0]);
+        for (faces, line) in [("f -1 -2 -3", 0), ("f -1 -2 -4", 4), ("fo 1 2 4", 0), ("f 1 2 5", 4), ("f 1 2 0/1", 4)] {
+            let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\nv 1 1 0\n");
+            assert_eq!(line_of_missing_vertex(&text), line, "{faces}");
+        }
     }
 }

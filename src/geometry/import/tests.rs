@@ -17,7 +17,7 @@ s off
 f 1/1 3/1 2/99999999999999999999
 f 1 2 4 # the front
 f -4//-1 -1 -2
-f 2 3 4
+fo 2 3 4
 l 1 2
 ";
 const OFF: &str = "OFF # header
@@ -301,7 +301,15 @@ fn errors_say_file_place_and_cause() {
             .starts_with("a.stl: line 21: ")
     );
     assert!(message("cut.stl", &STL.as_bytes()[..STL.len() * 2 / 3]).starts_with("cut.stl: line "));
-    assert!(message("a.obj", OBJ.replace("f 2 3 4", "f 2 3 9").as_bytes()).starts_with("a.obj: line 13: "));
+    assert!(message("a.obj", OBJ.replace("fo 2 3 4", "fo 2 3 9").as_bytes()).starts_with("a.obj: line 13: "));
+    assert!(message("a.obj", OBJ.replace("f -4//", "f -5//").as_bytes()).starts_with("a.obj: line 12: "));
+    for line in ["surf 0 1 0 1 1 2 3 4", "F 1 2 4", "call other.obj", "1 2 3"] {
+        let error = message("a.obj", OBJ.replace("l 1 2", line).as_bytes());
+        assert_eq!(error, format!("a.obj: line 14: this statement is not read, and may be a surface: `{line}`"));
+    }
+    for line in ["vp 0 1", "mg 1 0.1", "usemap none", "bevel on", "curv 0 1 1 2 3", "#f 1 2 4"] {
+        assert!(read("a.obj", OBJ.replace("l 1 2", line).as_bytes()).is_ok(), "{line}");
+    }
     assert!(
         message("a.obj", OBJ.replace("v 6 0 0", "v 6 zero 0").as_bytes())
             .contains("line 5: position parse error: `v 6 zero 0`")

@@ -1,7 +1,7 @@
 //! 3MF, through the `zip` and `quick-xml` crates (3MF Consortium, 3MF Core Specification 1.3; sections in parentheses).
 //!
 //! The meshes that the build of the root model part places are read, with components of the production extension in other parts. The file
-//! names its unit (3.4). Materials, slices, beam lattices and the rest are skipped.
+//! names its unit (3.4). Materials are skipped, and so is what a file does not require: slices, beam lattices and the rest.
 //!
 //! The `threemf` crate is not used: it unpacks as much as the archive holds, keeps data that a mesh does not need, and its errors have no
 //! place in the file. Here the unpacked size and the number of placements are bounded.
@@ -23,6 +23,11 @@ use zip::ZipArchive;
 const MOST_UNPACKED: u64 = 1 << 30;
 /// Most components that may be placed. Components may contain components, so a few lines can ask for any number.
 const MOST_PLACED: usize = 1 << 16;
+/// Namespaces of extensions that a file may require: paths of components, which are read, and colours, which move nothing.
+const KNOWN_EXTENSIONS: [&str; 2] = [
+    "http://schemas.microsoft.com/3dmanufacturing/production/2015/06",
+    "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
+];
 /// The usual name of the root model part, in lower case; names in the archive are compared without regard to case.
 const ROOT: &str = "3d/3dmodel.model";
 
@@ -158,7 +163,10 @@ impl<'a> Part<'a> {
                 Some(_) => {}
             }
             match (name, &mut object) {
-                ("model", _) => model.unit_mm = self.unit(tag)?,
+                ("model", _) => {
+                    self.refuse_unknown_extensions(tag)?;
+                    model.unit_mm = self.unit(tag)?;
+                }
                 ("object", _) => object = Some((self.number(tag, "id")?, Object::default())),
                 ("vertex", Some((_, object))) => {
                     let [x, y, z] = self.numbers(tag, ["x", "y", "z"])?;
@@ -207,6 +215,21 @@ impl<'a> Part<'a> {
 
     fn numbers<T: FromStr>(&self, tag: &BytesStart, [a, b, c]: [&str; 3]) -> Result<[T; 3], Fault> {
         Ok([self.number(tag, a)?, self.number(tag, b)?, self.number(tag, c)?])
+    }
+
+    /// Refuses a `model` element that requires an extension of an unknown namespace. It lists their prefixes, which it also defines.
+    fn refuse_unknown_extensions(&self, tag: &BytesStart) -> Result<(), Fault> {
+        let required = self.attribute(tag, "requiredextensions")?.unwrap_or_default();
+        for prefix in required.split_ascii_whitespace() {
+            let namespace = self.attribute(tag, &format!("xmlns:{prefix}"))?.unwrap_or_default();
+            if !KNOWN_EXTENSIONS.contains(&&*namespace) {
+                let (prefix, namespace) = (quote(prefix), quote(&namespace));
+                return Err(
+                    self.wrong(&format!("the file requires the extension {prefix}, {namespace}; it is not read"))
+                );
+            }
+        }
+        Ok(())
     }
 
     /// The unit of a `model` element, mm.

@@ -111,7 +111,7 @@ fn parts_and_recorded_poses_make_a_scene() {
     let poses = "part,qw,qx,qy,qz,tx,ty,tz\nb,1,0,0,0,5,0,0\nb,1,0,0,0,6,0,0\n";
     let loaded = load(&[("scene.toml", scene), ("poses.csv", poses)]).unwrap();
     assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }]);
-    assert_eq!(loaded.recording.unwrap().frames[1][1].translation.x, 6.0);
+    assert_eq!(loaded.recording.unwrap().pose(1, 1).translation.x, 6.0);
     let (_, text) = error_of(&[("scene.toml", scene), ("poses.csv", "part,qw,qx,qy,qz,tx,ty,tz\nc,1,0,0,0,5,0,0\n")]);
     assert_eq!(text, "poses.csv:2:1: there is no part named `c`; there are a, b");
     let (_, text) = error_of(&[("scene.toml", scene)]);

@@ -197,6 +197,32 @@ fn glb_errors_name_the_byte_or_the_object() {
     assert!(spoilt("\"mesh\": 0", "\"mesh\": 5").starts_with("a.glb: meshes[5]: "));
     assert!(spoilt("\"scene\": 0", "\"scene\": 5").starts_with("a.glb: scene: there is no scene 5"));
     assert!(spoilt("{\"byteLength\": 88}", "{\"uri\": \"a.bin\"}").contains("buffer 0 is not in the file"));
+    // What a node places otherwise than by its matrix; without `extensionsRequired`, too.
+    let instances =
+        spoilt("\"mesh\": 0", "\"mesh\": 0, \"extensions\": {\"EXT_mesh_gpu_instancing\": {\"attributes\": {}}}");
+    assert_eq!(instances, "a.glb: nodes[0]: the extension EXT_mesh_gpu_instancing is not read");
+    assert!(spoilt("\"mesh\": 0", "\"mesh\": 0, \"skin\": 0").starts_with("a.glb: nodes[0]: skins are not read"));
+    let morphed = |of_node: &str, of_mesh: &str| {
+        let json = GLB.replacen("\"mesh\": 0", &format!("\"mesh\": 0{of_node}"), 1);
+        let json = json.replacen("\"meshes\": [{", &format!("\"meshes\": [{{{of_mesh}"), 1);
+        read("a.glb", &glb(&json.replacen("\"indices\": 1", "\"indices\": 1, \"targets\": [{\"POSITION\": 0}]", 1)))
+    };
+    for (of_node, of_mesh, is_read) in [
+        ("", "", true),
+        ("", "\"weights\": [0], ", true),
+        (", \"weights\": [0]", "\"weights\": [1], ", true),
+        (", \"extensions\": {\"KHR_lights_punctual\": {\"light\": 0}}", "", true),
+        ("", "\"weights\": [0, 1], ", false),
+        (", \"weights\": [0.5]", "", false),
+    ] {
+        match morphed(of_node, of_mesh) {
+            Ok(_) => assert!(is_read, "{of_node} {of_mesh}"),
+            Err(error) => {
+                let expected = "a.glb: meshes[0].primitives[0]: morph targets are not read";
+                assert!(!is_read && error.to_string().starts_with(expected), "{of_node} {of_mesh}: {error}");
+            }
+        }
+    }
     let draco = spoilt("KHR_materials_unlit", "KHR_draco_mesh_compression");
     assert_eq!(draco, "a.glb: extensionsRequired: the extension KHR_draco_mesh_compression is not read");
     let start = file.len() - 24 - 64;
@@ -328,6 +354,15 @@ fn three_mf_errors_name_part_line_and_column() {
     );
     assert!(spoilt("component objectid=\"1\"", "component objectid=\"2\"").contains("does one hold itself?"));
     assert!(spoilt("object id=\"2\"", "object id=\"1\"").contains("there is an object 1 already"));
+    let requires = spoilt("<model ", "<model requiredextensions=\"b\" ");
+    assert!(
+        requires.ends_with("line 2, column 1: the file requires the extension `b`, `urn:of-others`; it is not read")
+    );
+    for known in ["production/2015/06", "material/2015/02"] {
+        let model = MODEL.replace("urn:of-others", &format!("http://schemas.microsoft.com/3dmanufacturing/{known}"));
+        let model = model.replacen("<model ", "<model requiredextensions=\" b \" ", 1);
+        assert!(read("a.3mf", &three_mf(&model)).is_ok(), "{known}");
+    }
     assert!(spoilt("<model", "<mesh").contains("line 2, column 1: expected `model`, found `mesh`"));
     assert!(spoilt("</triangles>", "</mesh>").contains("3D/3dmodel.model: line 9, column 3: "));
     assert!(message("a.3mf", &three_mf(&MODEL[..400])).contains("3D/3dmodel.model: line "));
