@@ -1,16 +1,16 @@
 //! Parts that a spindle turns: in time they stand at every angle, not only at the one that is drawn.
 //!
 //! A part that is not round about its spindle's axis is examined twice: as drawn, and as rings that hold all that it passes when it turns. Where only the
-//! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it; without
-//! such a joint it is the axis of a round workpiece, and turns the balanced fixtures beside it. On mills it is the axis of the tool, where the scene says where that
-//! is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
+//! rings touch something, the two may collide. On lathes the nearest joint that turns a workpiece or a fixture is a spindle, and turns all that is fixed to it. Where
+//! no joint turns a round workpiece, its axis is a spindle, and turns the balanced fixtures beside it. On mills the spindle is the axis of the tool, where the scene says
+//! where that is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
 
 use super::motion::Path;
 use super::turning::WorkAxis;
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
-use crate::machine::{Joint, Motion};
+use crate::machine::{Joint, Machine, Motion};
 use crate::scene::{Pair, Part, ProgramRun, Role, Scene, Turns};
 use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};
@@ -142,9 +142,9 @@ impl Spun {
     }
 }
 
-/// What turns the workpieces of a lathe.
+/// The spindles of a lathe.
 struct WorkSpindles {
-    /// The nearest joints that turn a workpiece; else those that turn a fixture, such as a chuck without a workpiece.
+    /// The nearest joint that turns each workpiece, each fixture, such as a chuck without a workpiece, and each part with `turns = "spindle"`.
     joints: Vec<usize>,
     /// Axes of round workpieces that no joint turns.
     axes: Vec<WorkAxis>,
@@ -160,10 +160,23 @@ impl WorkSpindles {
             let joint = |link: usize| machine.links()[link].joint.as_ref();
             machine.rigid_body(scene.parts[part].link).filter(|&link| joint(link).is_some_and(Joint::turns))
         };
-        let mut joints: Vec<usize> = of_role(Role::Workpiece).filter_map(joint_of).collect();
-        if joints.is_empty() {
-            joints = of_role(Role::Fixture).filter_map(joint_of).collect();
-        }
+        // What turns a steady on a turret, or a clamp on a table that carries a spindle, is no spindle.
+        let swivels = |joint: usize| {
+            let carries = |other: usize| links_to(machine, scene.parts[other].link).any(|link| link == joint);
+            let has_own = |other: usize| joint_of(other).is_some_and(|own| own != joint);
+            let is_work = |other: usize| scene.parts[other].role == Role::Workpiece;
+            let matters = |&other: &usize| is_of_tool(&scene.parts[other]) || is_work(other) && has_own(other);
+            (0..scene.parts.len()).filter(matters).any(carries)
+        };
+        let spindle_of = |number: usize| {
+            let part = &scene.parts[number];
+            joint_of(number).filter(|&joint| match (part.role, part.turns) {
+                (Role::Workpiece, _) => true,
+                (Role::Fixture, None) => !swivels(joint),
+                (_, turns) => turns == Some(Turns::Spindle) && !is_of_tool(part),
+            })
+        };
+        let joints = (0..scene.parts.len()).filter_map(spindle_of).collect();
         let standing = of_role(Role::Workpiece).filter(|&part| joint_of(part).is_none());
         let axes: Vec<WorkAxis> = standing.filter_map(|part| WorkAxis::of(scene, path, part)).collect();
         let mut balanced = Vec::new();
@@ -184,8 +197,7 @@ impl WorkSpindles {
     fn turning(&self, scene: &Scene, number: usize) -> Option<TurnedBy> {
         let (machine, part) = (&scene.machine, &scene.parts[number]);
         let body = machine.rigid_body(part.link);
-        let mut links = std::iter::successors(part.link, |&link| machine.parent(link));
-        if let Some(spindle) = links.find(|link| self.joints.contains(link)) {
+        if let Some(spindle) = links_to(machine, part.link).find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
                 return Some(TurnedBy::new(Some(spindle), About::Unknown));
             }
@@ -210,10 +222,18 @@ impl WorkSpindles {
             // It may be a chuck, or a steady that stands.
             return slabs(&part.mesh, &axis_from_part).map(|_| unknown);
         }
-        let is_known = !self.joints.is_empty() || !self.axes.is_empty();
-        let is_round = || slabs(&part.mesh, &Revolved::around(&part.mesh).tool_from_mesh).is_none();
-        (is_said || !is_known && !is_round()).then_some(unknown)
+        (is_said || !is_round(&part.mesh)).then_some(unknown)
     }
+}
+
+/// A link and those that carry it, outwards.
+fn links_to(machine: &Machine, link: Option<usize>) -> impl Iterator<Item = usize> {
+    std::iter::successors(link, |&link| machine.parent(link))
+}
+
+/// Whether a mesh is round about its own axis.
+fn is_round(mesh: &Mesh) -> bool {
+    slabs(mesh, &Revolved::around(mesh).tool_from_mesh).is_none()
 }
 
 /// Whether no joint is between a part and a workpiece's axis.

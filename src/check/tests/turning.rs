@@ -323,6 +323,41 @@ fn a_chuck_without_a_workpiece_turns_or_is_named() {
 }
 
 #[test]
+fn the_chuck_of_a_second_spindle_turns_or_is_named() {
+    let second = "[[machine.links]]\nname = \"slide-2\"\njoint = { axis = \"W\", direction = [0, 0, 1] }\n\
+        [[machine.links]]\nname = \"spindle-2\"\nparent = \"slide-2\"\njoint = { axis = \"A\", direction = [0, 0, 1] }\n[program]";
+    let (spindle, nothing) = ("turns = \"spindle\"\n", "turns = \"none\"\n");
+    for (link, role, turns, tool_link, meets, named) in [
+        ("spindle-2", "fixture", "", "slide", true, false),
+        ("spindle-2", "fixture", spindle, "slide", true, false),
+        ("spindle-2", "fixture", nothing, "slide", false, false),
+        ("spindle-2", "machine", spindle, "slide", true, false),
+        ("spindle-2", "machine", "", "slide", false, false),
+        // No joint turns it.
+        ("slide-2", "fixture", "", "slide", false, true),
+        ("slide-2", "fixture", nothing, "slide", false, false),
+        // A steady on a turret.
+        ("turret", "fixture", "", "turret", false, true),
+    ] {
+        let text = [
+            &LATHE.replacen("[program]", second, 1),
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &part("chuck", link, role, [0.0, 0.0, -20.0], &cuboid([20.0, 100.0, 20.0])),
+            turns,
+            &part("insert", tool_link, "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0])),
+        ]
+        .concat();
+        let told = found(&text, "M3 S500\nG1 X-40 F200\nM2");
+        let expected = if meets { vec![(2, "unresolved")] } else { vec![] };
+        assert_eq!(
+            (kinds(&told), told.as_drawn),
+            (expected, if named { vec![1] } else { vec![] }),
+            "{link} {role} {turns}"
+        );
+    }
+}
+
+#[test]
 fn a_boring_insert_leaves_the_ring_that_it_has_cut() {
     let tube = "{ kind = \"revolve\", profile_mm = [[10, 0], [30, 0], [30, 50], [10, 50]] }";
     let text = [
