@@ -84,7 +84,7 @@ impl Spun {
         for (number, part) in scene.parts.iter().enumerate() {
             let turned = match &lathe {
                 Some(spindles) => spindles.turning(scene, number),
-                None => on_mill(scene, run, part),
+                None => on_mill(scene, run, number),
             };
             let Some(TurnedBy { spindle, about, is_unsure }) = turned.filter(|_| part.turns != Some(Turns::Nothing))
             else {
@@ -269,7 +269,8 @@ const fn is_of_tool(part: &Part) -> bool {
 }
 
 /// A tool's parts about its axis, or their own.
-fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
+fn on_mill(scene: &Scene, run: &ProgramRun, number: usize) -> Option<TurnedBy> {
+    let part = &scene.parts[number];
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =
         run.tip.as_ref().filter(|tip| is_of_tool(part) && body(tip.tool_link) == body(part.link)).map(|tip| {
@@ -280,7 +281,7 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let turned = |about| Some(TurnedBy::new(body(part.link), about));
     match (part.turns, spindle) {
         (Some(Turns::Nothing), _) => None,
-        (Some(Turns::Own), _) => turned(About::Axis(Revolved::around(&part.mesh).tool_from_mesh)),
+        (Some(Turns::Own), _) => Some(driven(scene, number)),
         (Some(Turns::Spindle), None) => turned(About::Unknown),
         (None, None) if !is_of_tool(part) || Revolved::around(&part.mesh).filled >= ROUND => None,
         (None, None) => turned(About::Unknown),
@@ -291,16 +292,48 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     }
 }
 
+/// A part of a tool that a drive turns. The axis is that of the part, where it is round, else that of a round part of the tool that the same drive turns.
+fn driven(scene: &Scene, number: usize) -> TurnedBy {
+    let zero = scene.machine.forward(&Position::default());
+    let part = &scene.parts[number];
+    let drive = |part: &Part| (part.tool, part.turns, scene.machine.rigid_body(part.link));
+    let is_driven_too = |&other: &usize| is_of_tool(&scene.parts[other]) && drive(&scene.parts[other]) == drive(part);
+    let mut parts: Vec<usize> = (0..scene.parts.len()).filter(is_driven_too).collect();
+    parts.sort_by_key(|&other| (other != number, scene.parts[other].role != Role::Cutter));
+    let round_axis = |other: usize| {
+        let Part { ref mesh, link, link_from_part, .. } = scene.parts[other];
+        let own = Revolved::around(mesh);
+        let is_round = own.filled >= ROUND || slabs(mesh, &own.tool_from_mesh).is_none();
+        let link_from_part_link = zero.world_from(link).inv_mul(&zero.world_from(part.link));
+        let other_from_part = link_from_part.inverse() * link_from_part_link * part.link_from_part;
+        is_round.then_some(own.tool_from_mesh * other_from_part)
+    };
+    let axis = parts.into_iter().find_map(round_axis).or_else(|| fluted_axis(&part.mesh));
+    TurnedBy::new(scene.machine.rigid_body(part.link), axis.map_or(About::Unknown, About::Axis))
+}
+
+/// The axis of a mesh that is longer than thick and repeats itself around it, as a fluted drill does.
+fn fluted_axis(mesh: &Mesh) -> Option<Isometry> {
+    let own = Revolved::around(mesh);
+    let is_fluted = is_long(&own) && slabs(mesh, &own.tool_from_mesh).is_some_and(|slabs| repeat(&slabs));
+    is_fluted.then_some(own.tool_from_mesh)
+}
+
+fn is_long(own: &Revolved) -> bool {
+    let ([low, high], radius) = (own.profile.span_mm(), own.profile.radius_mm());
+    high - low > 2.0 * radius
+}
+
 /// Whether a cutter beside the spindle's axis, or across it, may have a drive of its own: it is round about another axis, or longer than thick, as a fluted drill is.
 fn may_turn_itself(mesh: &Mesh, spindle_from_part: &Isometry) -> bool {
     if Revolved::about(mesh, *spindle_from_part).filled >= ROUND {
         return false;
     }
     let own = Revolved::around(mesh);
-    let ([low, high], radius) = (own.profile.span_mm(), own.profile.radius_mm());
     let own_from_spindle = own.tool_from_mesh * spindle_from_part.inverse();
     let (point, along) = (own_from_spindle * Point::origin(), own_from_spindle * Vector::z());
-    own.filled >= ROUND || high - low > 2.0 * radius && !passes(&point, &along, radius, [low, high])
+    let (radius, span) = (own.profile.radius_mm(), own.profile.span_mm());
+    own.filled >= ROUND || is_long(&own) && !passes(&point, &along, radius, span)
 }
 
 /// Whether a line passes through a cylinder about z.
@@ -417,6 +450,17 @@ impl Slab {
             empty <= MOST_EMPTY
         })
     }
+}
+
+/// Whether a part of a turn, from a seventh to a half, takes what is farthest from the axis to where it was, at every height.
+fn repeat(slabs: &[Slab]) -> bool {
+    let is_near = |slab: &Slab, sector: usize| {
+        (0..=MOST_EMPTY).any(|k| slab.sectors[(sector + k + SECTORS - MOST_EMPTY / 2) % SECTORS])
+    };
+    let is_there_again = |slab: &Slab, turn: usize| {
+        (0..SECTORS).filter(|&sector| slab.sectors[sector]).all(|sector| is_near(slab, sector + turn))
+    };
+    [2, 3, 5, 7].iter().any(|count| slabs.iter().all(|slab| is_there_again(slab, SECTORS / count)))
 }
 
 /// A ring around each slab, as one mesh in the part's frame; `None` where it is larger than a mesh may be.
@@ -536,6 +580,30 @@ repeat = { kind = "around", count = 3 }"#,
             format!("{body}\n[[parts]]\n{tooth}\nrepeat = {{ kind = \"around\", count = {count} }}")
         };
         assert!(!is_round(&toothed(6)) && !is_round(&toothed(12)) && is_round(&toothed(60)));
+    }
+
+    #[test]
+    fn only_what_repeats_itself_around_its_axis_is_fluted() {
+        let shank = "{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }";
+        let arm = |x: f64| {
+            format!(
+                "{{ shape = {{ kind = \"rounded-box\", size_mm = [10, 4, 8] }}, at = {{ xyz_mm = [{x}, 0, 10] }} }}"
+            )
+        };
+        let compound = |parts: &[String]| format!("kind = \"compound\"\nparts = [{}]", parts.join(", "));
+        let drill = "kind = \"rounded-box\"\nsize_mm = [4, 8, 60]".to_owned();
+        for (shape, expected) in [
+            (drill, true),
+            (compound(&[shank.to_owned(), arm(10.0), arm(-10.0)]), true),
+            (compound(&[shank.to_owned(), arm(10.0)]), false),
+            // Flat.
+            ("kind = \"rounded-box\"\nsize_mm = [10, 10, 4]".to_owned(), false),
+        ] {
+            let axis = fluted_axis(&mesh(&shape));
+            assert_eq!(axis.is_some(), expected, "{shape}");
+            let is_along = |axis: Isometry| (axis * Vector::z()).z.abs() > 1.0 - 1e-9;
+            assert!(axis.is_none_or(is_along), "{shape}");
+        }
     }
 
     #[test]

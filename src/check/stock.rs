@@ -273,8 +273,11 @@ impl<'a> Examined<'a, '_> {
         let part = pair.other(self.workpiece);
         let Part { ref mesh, role, groove_mm, turns, .. } = self.scene.parts[part];
         let stands = role == Role::Cutter && turns == Some(Turns::Nothing) && self.axis.is_none();
+        // A drive turns it about an axis that is not known.
+        let is_vague = turns == Some(Turns::Own) && self.spun.as_drawn.contains(&part);
         let body = match (role, self.spun.axis_of(part)) {
             (Role::Cutter, _) if stands => Body::standing(mesh),
+            (Role::Cutter, None) if is_vague => Body::turning(mesh, groove_mm).vague(),
             (Role::Cutter, Some(axis_from_part)) => Body::turning_about(mesh, axis_from_part, groove_mm),
             (Role::Cutter, None) => Body::turning(mesh, groove_mm),
             _ => Body::standing(mesh),

@@ -20,7 +20,7 @@ use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Part, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -398,9 +398,13 @@ fn tool_without_part(tool: &u32) -> String {
 /// What the answer says nothing about, a line each.
 fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
-        let name = &scene.parts[part].name;
+        let Part { name, turns, .. } = &scene.parts[part];
+        let why = match turns {
+            None => "`turns` of the part says what turns it",
+            Some(_) => "about which axis it turns is not known",
+        };
         format!(
-            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; `turns` of the part says what turns it (docs/check.md, What turns)"
+            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; {why} (docs/check.md, What turns)"
         )
     };
     let unsure = |&part: &usize| {

@@ -70,6 +70,32 @@ fn cuboid(size: [f64; 3]) -> String {
     format!("{{ kind = \"rounded-box\", size_mm = {size:?} }}")
 }
 
+/// A shank of 20 mm along Z and a blade at its lower end that reaches 60 mm towards X: no cylinder around it has its axis.
+const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
+
+#[test]
+fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
+    let chuck = |turns: &str| {
+        part("chuck", "head", "holder", [0.0, 0.0, 140.0], &cylinder(10.0, 30.0)) + &format!("tool = 1\n{turns}")
+    };
+    let (own, nothing) = ("turns = \"own\"\n", "turns = \"none\"\n");
+    for (chuck, is_known) in [(String::new(), false), (chuck(own), true), (chuck(nothing), false), (chuck(""), false)] {
+        let fly = part("fly", "head", "cutter", [0.0, 0.0, 80.0], FLY) + "tool = 1\n" + own;
+        // From 50 mm beside the axis on, on the side without the blade.
+        let post = part("post", "", "fixture", [-55.0, 0.0, 25.0], &cuboid([10.0, 10.0, 50.0]));
+        let told = found(&[HEAD, &post, &fly, &chuck, NO_TIP].concat(), "T1 M6\nM3 S1000\nG0 Z-60\nM2");
+        let expected = if is_known { vec![(3, "unresolved")] } else { vec![] };
+        assert_eq!((kinds(&told), told.as_drawn.contains(&1)), (expected, !is_known), "{chuck}");
+        // The blade cuts 2 mm deep, and a drill comes down 3 mm deeper later. About an axis along Y the blade would have gone through the block.
+        let block = part("block", "", "workpiece", [0.0; 3], &cuboid([100.0, 100.0, 20.0]));
+        let drill = part("drill", "head", "cutter", [10.0, 0.0, 30.0], &cylinder(2.0, 40.0)) + "tool = 2\n";
+        let program = "T1 M6\nM3 S1000\nG1 Z-72 F100\nG1 Z0\nT2 M6\nM3 S1000\nG0 Z-25\nG0 Z0\nM2";
+        let told = found(&[HEAD, &block, &fly, &drill, &chuck, NO_TIP].concat(), program);
+        let expected = if is_known { (7, "rapid-into-workpiece") } else { (7, "unresolved") };
+        assert_eq!(kinds(&told), [expected], "{chuck}");
+    }
+}
+
 #[test]
 fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [30, 0, 10] } }] }";
