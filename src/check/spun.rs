@@ -6,7 +6,7 @@
 //! where that is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
 
 use super::motion::Path;
-use super::turning::WorkAxis;
+use super::turning::{WorkAxis, may_be_driven};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
@@ -81,22 +81,24 @@ impl Spun {
             return spun;
         }
         let lathe = (path.first_plane() == Plane::Zx).then(|| WorkSpindles::of(scene, path));
+        let tools = run.tools();
         for (number, part) in scene.parts.iter().enumerate() {
+            let is_used = part.tool.is_none_or(|tool| tools.contains(&tool));
+            if !is_used || part.turns == Some(Turns::Nothing) {
+                continue;
+            }
             let turned = match &lathe {
-                Some(spindles) => spindles.turning(scene, number),
+                Some(spindles) => spindles.turning(scene, path, number),
                 None => on_mill(scene, run, number),
             };
-            let Some(TurnedBy { spindle, about, is_unsure }) = turned.filter(|_| part.turns != Some(Turns::Nothing))
-            else {
-                continue;
-            };
+            let Some(TurnedBy { spindle, about, is_unsure }) = turned else { continue };
             spun.spindles[number] = Some(spindle);
-            if is_unsure && part.tool.is_none_or(|tool| run.tools().contains(&tool)) {
+            if is_unsure {
                 spun.unsure.push(number);
             }
             match about {
                 About::Axis(axis_from_part) => {
-                    spun.axes[number] = Some(axis_from_part).filter(|_| lathe.is_none());
+                    spun.axes[number] = Some(axis_from_part).filter(|_| is_of_tool(part));
                     let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
                     match rings(&slabs, &axis_from_part) {
                         Some(mesh) => {
@@ -129,6 +131,11 @@ impl Spun {
     /// Takes the frame of a part of a tool to one whose z is the axis about which it turns, where that is known.
     pub fn axis_of(&self, part: usize) -> Option<Isometry> {
         self.axes[part]
+    }
+
+    /// Whether a part has rings.
+    pub fn is_turned(&self, part: usize) -> bool {
+        self.is_turned[part]
     }
 
     /// Whether a part may turn about its own axis instead of that one.
@@ -194,8 +201,11 @@ impl WorkSpindles {
     }
 
     /// What turns a part; `None` where nothing does.
-    fn turning(&self, scene: &Scene, number: usize) -> Option<TurnedBy> {
+    fn turning(&self, scene: &Scene, path: &Path<'_>, number: usize) -> Option<TurnedBy> {
         let (machine, part) = (&scene.machine, &scene.parts[number]);
+        if part.turns == Some(Turns::Own) {
+            return Some(driven(scene, number));
+        }
         let body = machine.rigid_body(part.link);
         if let Some(spindle) = links_to(machine, part.link).find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
@@ -208,12 +218,16 @@ impl WorkSpindles {
                 zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
             return Some(TurnedBy::new(Some(spindle), About::Axis(upright(&point, &direction) * spindle_from_part)));
         }
-        let is_held = matches!(part.role, Role::Workpiece | Role::Fixture);
-        let is_said = part.turns == Some(Turns::Spindle) && !is_of_tool(part);
-        if !is_held && !is_said {
-            return None;
-        }
         let unknown = TurnedBy::new(body, About::Unknown);
+        let is_said = part.turns == Some(Turns::Spindle);
+        match part.role {
+            Role::Workpiece | Role::Fixture => {}
+            Role::Machine if is_said => {}
+            Role::Machine => return None,
+            // On a lathe a tool's spindle is one that drives it.
+            _ if is_said => return Some(driven(scene, number)),
+            _ => return holds_driven(scene, path, number).then_some(unknown),
+        }
         if let Some(axis) = self.axes.iter().find(|axis| is_beside(scene, axis, number)) {
             let axis_from_part = axis_from_part(scene, axis, number);
             if part.role == Role::Workpiece || is_said || self.balanced.contains(&number) {
@@ -224,6 +238,17 @@ impl WorkSpindles {
         }
         (is_said || !is_round(&part.mesh)).then_some(unknown)
     }
+}
+
+/// Whether a part is not round and holds a cutter that a drive may turn, which then may turn the part.
+fn holds_driven(scene: &Scene, path: &Path<'_>, number: usize) -> bool {
+    let part = &scene.parts[number];
+    let place = |part: &Part| (part.tool, scene.machine.rigid_body(part.link));
+    let is_driven = |cutter: usize| {
+        let other = &scene.parts[cutter];
+        other.role == Role::Cutter && place(other) == place(part) && may_be_driven(scene, path, cutter)
+    };
+    part.role != Role::Cutter && !is_round(&part.mesh) && (0..scene.parts.len()).any(is_driven)
 }
 
 /// A link and those that carry it, outwards.

@@ -118,6 +118,51 @@ fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
 }
 
 #[test]
+fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        part(name, "slide", role, [x, 0.0, 100.0], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
+    };
+    // The lug is from 20 to 40 mm beside the axis of the tool, away from the chuck.
+    let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [-30, 0, 10] } }] }";
+    let steady = part("steady", "", "fixture", [0.0, 40.0, 100.0], &cuboid([200.0, 20.0, 20.0])) + "turns = \"none\"\n";
+    let text = |steady: &str, cutter: &str, of_holder: &str| {
+        let key = |turns: &str| if turns.is_empty() { String::new() } else { format!("turns = \"{turns}\"\n") };
+        [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &along_x("mill", "cutter", 60.0, &cylinder(5.0, 40.0)),
+            &key(cutter),
+            &along_x("holder", "holder", 100.0, holder),
+            &key(of_holder),
+            steady,
+        ]
+        .concat()
+    };
+    let beside_steady = "M3 S500\nG1 X-60 F200\nM2";
+    // A cut into the bar, and then the lug over its end, within the half turn that is not drawn.
+    let over_the_end = "M3 S500\nG0 Z-60\nG1 X-90 F200\nG1 X0\nG0 Z0\nG0 X-190\nG1 Z-20 F200\nM2";
+    for (cutter, of_holder, meets, is_named) in [
+        ("own", "own", true, false),
+        ("spindle", "spindle", true, false),
+        ("own", "none", false, false),
+        ("own", "", false, true),
+        ("", "", false, true),
+        ("none", "", false, false),
+    ] {
+        let expected = |line: u32| if meets { vec![(line, "unresolved")] } else { vec![] };
+        let named = if is_named { vec![2] } else { vec![] };
+        let told = found(&text(&steady, cutter, of_holder), beside_steady);
+        assert_eq!((kinds(&told), &told.as_drawn), (expected(2), &named), "{cutter} {of_holder}");
+        if cutter == "own" {
+            let told = found(&text("", cutter, of_holder), over_the_end);
+            assert_eq!((kinds(&told), &told.as_drawn), (expected(7), &named), "{cutter} {of_holder}");
+        }
+    }
+    // With rapids alone nobody knows whether the round cutter is driven.
+    assert_eq!(found(&text(&steady, "", ""), "M3 S500\nG0 X-60\nM2").as_drawn, [2]);
+}
+
+#[test]
 fn an_insert_turns_about_the_spindle_and_not_about_itself() {
     let text = |x: f64, width: f64| {
         [
