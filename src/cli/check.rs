@@ -56,7 +56,7 @@ pub struct Options {
     /// Print the result as JSON
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-    /// Print the events as CSV
+    /// Print the findings as CSV
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
@@ -181,10 +181,9 @@ struct Checked<'a> {
 impl Checked<'_> {
     /// Whether the program may run.
     fn is_clear(&self) -> bool {
-        let is_cut = !self.outcome.stays_whole && self.outcome.uncut.is_empty();
-        self.outcome.is_clear()
-            && self.certificate.as_ref().is_none_or(|written| written.is_free(is_cut))
-            && self.left.iter().all(|left| left.comparison.is_none_or(|c| c.gouge.volume_mm3 == 0.0))
+        let is_clear = findings::findings(self).iter().all(|finding| finding.rule.is_note);
+        assert!(self.outcome.is_clear() || !is_clear, "whatever fails a check is a finding of every report");
+        is_clear
     }
 }
 
@@ -223,7 +222,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         json["stock"] = stock::as_json(scene, outcome, left);
         say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
-        say(as_csv(scene, outcome)?.trim_end());
+        say(as_csv(&checked)?.trim_end());
         not_examined(scene, outcome).iter().for_each(note);
     } else {
         print(scene, run, outcome, variant, times);
@@ -620,7 +619,8 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
     })
 }
 
-fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
+fn as_csv(checked: &Checked<'_>) -> Result<String> {
+    let Checked { scene, outcome, .. } = checked;
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header: Vec<String> = [
         "kind",
@@ -668,15 +668,15 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         row.push(event.block.clone());
         writer.write_record(&row)?;
     }
-    for over in &outcome.over_travel {
-        let (letter, line, time) = (over.cause.axis.to_string(), over.line.to_string(), over.time_s.to_string());
+    for finding in findings::findings(checked).iter().filter(|finding| finding.pair.is_none()) {
+        let (line, time) = (finding.line.to_string(), finding.time_s.map(|time_s| time_s.to_string()));
         let mut row = vec![String::new(); header.len()];
         for (column, value) in [
-            ("kind", "over-travel"),
-            ("a", &letter),
+            ("kind", finding.rule.id),
+            ("a", &finding.subject),
             ("first_line", &line),
-            ("first_time_s", &time),
-            ("block", &over.block),
+            ("first_time_s", time.as_deref().unwrap_or_default()),
+            ("block", finding.block),
         ] {
             if let Some(at) = header.iter().position(|name| name == column) {
                 row[at] = value.to_owned();
