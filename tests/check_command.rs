@@ -514,7 +514,9 @@ fn a_variable_is_set_before_the_program() {
 fn a_tool_without_parts_is_named_beside_the_csv() {
     let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
     let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
-    assert_eq!((output.status.code(), String::from_utf8(output.stdout).unwrap().lines().count()), (Some(1), 1));
+    let rows = String::from_utf8(output.stdout).unwrap();
+    assert_eq!((output.status.code(), rows.lines().count()), (Some(1), 2), "{rows}");
+    assert!(rows.contains("\ntool-without-part,,tool 8,,1,"), "{rows}");
     assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
 }
 

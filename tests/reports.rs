@@ -331,6 +331,58 @@ fn junit_has_a_case_for_each_pair_and_one_for_the_limits() {
     assert_eq!(names(&suite), names(&clear), "a pipeline compares cases by name");
 }
 
+/// A box of 100 x 100 x 20 mm about the origin, as text STL: the uncut block.
+fn box_stl() -> String {
+    let corner = |k: usize| [0, 1, 2].map(|i| [50.0, 50.0, 10.0][i] * if (k >> i) & 1 == 1 { 1.0 } else { -1.0 });
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let facet = |corners: [usize; 3]| {
+        let vertices = corners.map(corner).map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let facets: String = sides.iter().map(|&[a, b, c, d]| facet([a, b, c]) + &facet([a, c, d])).collect();
+    format!("solid box\n{facets}endsolid box\n")
+}
+
+#[test]
+fn whatever_fails_a_check_is_in_every_report() {
+    let (cut, with_tool) = ("M3 S1000 G0 Z5\nG1 Z-3 F500\nG0 Z5\nM2", "role = \"cutter\"\ntool = 1\n");
+    for (role, program, arguments, rule, line, case) in [
+        ("role = \"cutter\"\n", cut, &["--target", "box.stl"][..], "target-gouge", 1, "the wanted part"),
+        // A retreat out of the whole workpiece is not proved.
+        (
+            "role = \"cutter\"\n",
+            cut,
+            &["--stock-resolution", "none", "--certify", "part.cert"],
+            "not-proved",
+            3,
+            "proof of each block",
+        ),
+        (with_tool, "G0 Z40\nT8 M6\nG0 Z30\nG1 X5 F500\nM2", &[], "tool-without-part", 4, "tools in use"),
+    ] {
+        let folder = scene(program);
+        let changed = MILL.replacen("role = \"cutter\"\n", role, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
+        fs::write(folder.path().join("scene.toml"), changed).unwrap();
+        fs::write(folder.path().join("box.stl"), box_stl()).unwrap();
+        let reports = ["check", "--quiet", ".", "--clearance", "0", "--csv", "--sarif", "a.sarif", "--junit", "b.xml"];
+        let mut command = Command::cargo_bin("bvbench").unwrap();
+        let output = command.current_dir(folder.path()).args(reports).args(arguments).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{rule}: {told}");
+        let log: Value = serde_json::from_slice(&fs::read(folder.path().join("a.sarif")).unwrap()).unwrap();
+        obeys_the_rules(&log);
+        let [result] = &log["runs"][0]["results"].as_array().unwrap()[..] else { panic!("{rule}: {log}") };
+        let region = &result["locations"][0]["physicalLocation"]["region"];
+        let found = (text(&result["ruleId"]), text(&result["level"]), region["startLine"].as_u64());
+        assert_eq!(found, (rule, "error", Some(line)), "{result}");
+        let suite = read_junit(&folder.path().join("b.xml"));
+        let failed: Vec<_> = suite.cases.iter().filter(|case| case.texts.contains_key("failure")).collect();
+        let [only] = &failed[..] else { panic!("{rule}: {suite:?}") };
+        assert_eq!((only.name.as_str(), only.kinds[0].as_str()), (&*format!("own.ngc: {case}"), rule));
+        let csv = String::from_utf8(output.stdout).unwrap();
+        assert!(csv.lines().count() == 2 && csv.lines().nth(1).unwrap().starts_with(&format!("{rule},")), "{csv}");
+    }
+}
+
 #[test]
 fn reports_come_beside_what_is_printed() {
     let folder = scene(CRASHES);

@@ -1,16 +1,16 @@
 //! Parts that a spindle turns: in time they stand at every angle, not only at the one that is drawn.
 //!
 //! A part that is not round about its spindle's axis is examined twice: as drawn, and as rings that hold all that it passes when it turns. Where only the
-//! rings touch something, the two may collide. On lathes the nearest joint that turns the workpiece is the spindle, and turns all that is fixed to it; without
-//! such a joint it is the axis of a round workpiece, and turns the balanced fixtures beside it. On mills it is the axis of the tool, where the scene says where that
-//! is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
+//! rings touch something, the two may collide. On lathes the nearest joint that turns a workpiece or a fixture is a spindle, and turns all that is fixed to it. Where
+//! no joint turns a round workpiece, its axis is a spindle, and turns the balanced fixtures beside it. On mills the spindle is the axis of the tool, where the scene says
+//! where that is, and turns cutter, shank and holder. `turns` of a part decides otherwise.
 
 use super::motion::Path;
-use super::turning::WorkAxis;
+use super::turning::{WorkAxis, may_be_driven};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
-use crate::machine::{Joint, Motion};
+use crate::machine::{Joint, Machine, Motion};
 use crate::scene::{Pair, Part, ProgramRun, Role, Scene, Turns};
 use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};
@@ -81,22 +81,24 @@ impl Spun {
             return spun;
         }
         let lathe = (path.first_plane() == Plane::Zx).then(|| WorkSpindles::of(scene, path));
+        let tools = run.tools();
         for (number, part) in scene.parts.iter().enumerate() {
-            let turned = match &lathe {
-                Some(spindles) => spindles.turning(scene, number),
-                None => on_mill(scene, run, part),
-            };
-            let Some(TurnedBy { spindle, about, is_unsure }) = turned.filter(|_| part.turns != Some(Turns::Nothing))
-            else {
+            let is_used = part.tool.is_none_or(|tool| tools.contains(&tool));
+            if !is_used || part.turns == Some(Turns::Nothing) {
                 continue;
+            }
+            let turned = match &lathe {
+                Some(spindles) => spindles.turning(scene, path, number),
+                None => on_mill(scene, run, number),
             };
+            let Some(TurnedBy { spindle, about, is_unsure }) = turned else { continue };
             spun.spindles[number] = Some(spindle);
-            if is_unsure && part.tool.is_none_or(|tool| run.tools().contains(&tool)) {
+            if is_unsure {
                 spun.unsure.push(number);
             }
             match about {
                 About::Axis(axis_from_part) => {
-                    spun.axes[number] = Some(axis_from_part).filter(|_| lathe.is_none());
+                    spun.axes[number] = Some(axis_from_part).filter(|_| is_of_tool(part));
                     let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
                     match rings(&slabs, &axis_from_part) {
                         Some(mesh) => {
@@ -131,6 +133,11 @@ impl Spun {
         self.axes[part]
     }
 
+    /// Whether a part has rings.
+    pub fn is_turned(&self, part: usize) -> bool {
+        self.is_turned[part]
+    }
+
     /// Whether a part may turn about its own axis instead of that one.
     pub fn is_unsure(&self, part: usize) -> bool {
         self.unsure.contains(&part)
@@ -142,9 +149,9 @@ impl Spun {
     }
 }
 
-/// What turns the workpieces of a lathe.
+/// The spindles of a lathe.
 struct WorkSpindles {
-    /// The nearest joints that turn a workpiece; else those that turn a fixture, such as a chuck without a workpiece.
+    /// The nearest joint that turns each workpiece, each fixture, such as a chuck without a workpiece, and each part with `turns = "spindle"`.
     joints: Vec<usize>,
     /// Axes of round workpieces that no joint turns.
     axes: Vec<WorkAxis>,
@@ -160,10 +167,23 @@ impl WorkSpindles {
             let joint = |link: usize| machine.links()[link].joint.as_ref();
             machine.rigid_body(scene.parts[part].link).filter(|&link| joint(link).is_some_and(Joint::turns))
         };
-        let mut joints: Vec<usize> = of_role(Role::Workpiece).filter_map(joint_of).collect();
-        if joints.is_empty() {
-            joints = of_role(Role::Fixture).filter_map(joint_of).collect();
-        }
+        // What turns a steady on a turret, or a clamp on a table that carries a spindle, is no spindle.
+        let swivels = |joint: usize| {
+            let carries = |other: usize| machine.chain(scene.parts[other].link).any(|link| link == joint);
+            let has_own = |other: usize| joint_of(other).is_some_and(|own| own != joint);
+            let is_work = |other: usize| scene.parts[other].role == Role::Workpiece;
+            let matters = |&other: &usize| is_of_tool(&scene.parts[other]) || is_work(other) && has_own(other);
+            (0..scene.parts.len()).filter(matters).any(carries)
+        };
+        let spindle_of = |number: usize| {
+            let part = &scene.parts[number];
+            joint_of(number).filter(|&joint| match (part.role, part.turns) {
+                (Role::Workpiece, _) => true,
+                (Role::Fixture, None) => !swivels(joint),
+                (_, turns) => turns == Some(Turns::Spindle) && !is_of_tool(part),
+            })
+        };
+        let joints = (0..scene.parts.len()).filter_map(spindle_of).collect();
         let standing = of_role(Role::Workpiece).filter(|&part| joint_of(part).is_none());
         let axes: Vec<WorkAxis> = standing.filter_map(|part| WorkAxis::of(scene, path, part)).collect();
         let mut balanced = Vec::new();
@@ -181,11 +201,13 @@ impl WorkSpindles {
     }
 
     /// What turns a part; `None` where nothing does.
-    fn turning(&self, scene: &Scene, number: usize) -> Option<TurnedBy> {
+    fn turning(&self, scene: &Scene, path: &Path<'_>, number: usize) -> Option<TurnedBy> {
         let (machine, part) = (&scene.machine, &scene.parts[number]);
+        if part.turns == Some(Turns::Own) {
+            return Some(driven(scene, number));
+        }
         let body = machine.rigid_body(part.link);
-        let mut links = machine.chain(part.link);
-        if let Some(spindle) = links.find(|link| self.joints.contains(link)) {
+        if let Some(spindle) = machine.chain(part.link).find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
                 return Some(TurnedBy::new(Some(spindle), About::Unknown));
             }
@@ -196,12 +218,16 @@ impl WorkSpindles {
                 zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
             return Some(TurnedBy::new(Some(spindle), About::Axis(upright(&point, &direction) * spindle_from_part)));
         }
-        let is_held = matches!(part.role, Role::Workpiece | Role::Fixture);
-        let is_said = part.turns == Some(Turns::Spindle) && !is_of_tool(part);
-        if !is_held && !is_said {
-            return None;
-        }
         let unknown = TurnedBy::new(body, About::Unknown);
+        let is_said = part.turns == Some(Turns::Spindle);
+        match part.role {
+            Role::Workpiece | Role::Fixture => {}
+            Role::Machine if is_said => {}
+            Role::Machine => return None,
+            // On a lathe a tool's spindle is one that drives it.
+            _ if is_said => return Some(driven(scene, number)),
+            _ => return holds_driven(scene, path, number).then_some(unknown),
+        }
         if let Some(axis) = self.axes.iter().find(|axis| is_beside(scene, axis, number)) {
             let axis_from_part = axis_from_part(scene, axis, number);
             if part.role == Role::Workpiece || is_said || self.balanced.contains(&number) {
@@ -210,10 +236,24 @@ impl WorkSpindles {
             // It may be a chuck, or a steady that stands.
             return slabs(&part.mesh, &axis_from_part).map(|_| unknown);
         }
-        let is_known = !self.joints.is_empty() || !self.axes.is_empty();
-        let is_round = || slabs(&part.mesh, &Revolved::around(&part.mesh).tool_from_mesh).is_none();
-        (is_said || !is_known && !is_round()).then_some(unknown)
+        (is_said || !is_round(&part.mesh)).then_some(unknown)
     }
+}
+
+/// Whether a part is not round and holds a cutter that a drive may turn, which then may turn the part.
+fn holds_driven(scene: &Scene, path: &Path<'_>, number: usize) -> bool {
+    let part = &scene.parts[number];
+    let place = |part: &Part| (part.tool, scene.machine.rigid_body(part.link));
+    let is_driven = |cutter: usize| {
+        let other = &scene.parts[cutter];
+        other.role == Role::Cutter && place(other) == place(part) && may_be_driven(scene, path, cutter)
+    };
+    part.role != Role::Cutter && !is_round(&part.mesh) && (0..scene.parts.len()).any(is_driven)
+}
+
+/// Whether a mesh is round about its own axis.
+fn is_round(mesh: &Mesh) -> bool {
+    slabs(mesh, &Revolved::around(mesh).tool_from_mesh).is_none()
 }
 
 /// Whether no joint is between a part and a workpiece's axis.
@@ -249,7 +289,8 @@ const fn is_of_tool(part: &Part) -> bool {
 }
 
 /// A tool's parts about its axis, or their own.
-fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
+fn on_mill(scene: &Scene, run: &ProgramRun, number: usize) -> Option<TurnedBy> {
+    let part = &scene.parts[number];
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =
         run.tip.as_ref().filter(|tip| is_of_tool(part) && body(tip.tool_link) == body(part.link)).map(|tip| {
@@ -260,7 +301,7 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let turned = |about| Some(TurnedBy::new(body(part.link), about));
     match (part.turns, spindle) {
         (Some(Turns::Nothing), _) => None,
-        (Some(Turns::Own), _) => turned(About::Axis(Revolved::around(&part.mesh).tool_from_mesh)),
+        (Some(Turns::Own), _) => Some(driven(scene, number)),
         (Some(Turns::Spindle), None) => turned(About::Unknown),
         (None, None) if !is_of_tool(part) || Revolved::around(&part.mesh).filled >= ROUND => None,
         (None, None) => turned(About::Unknown),
@@ -271,16 +312,48 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     }
 }
 
+/// A part of a tool that a drive turns. The axis is that of the part, where it is round, else that of a round part of the tool that the same drive turns.
+fn driven(scene: &Scene, number: usize) -> TurnedBy {
+    let zero = scene.machine.forward(&Position::default());
+    let part = &scene.parts[number];
+    let drive = |part: &Part| (part.tool, part.turns, scene.machine.rigid_body(part.link));
+    let is_driven_too = |&other: &usize| is_of_tool(&scene.parts[other]) && drive(&scene.parts[other]) == drive(part);
+    let mut parts: Vec<usize> = (0..scene.parts.len()).filter(is_driven_too).collect();
+    parts.sort_by_key(|&other| (other != number, scene.parts[other].role != Role::Cutter));
+    let round_axis = |other: usize| {
+        let Part { ref mesh, link, link_from_part, .. } = scene.parts[other];
+        let own = Revolved::around(mesh);
+        let is_round = own.filled >= ROUND || slabs(mesh, &own.tool_from_mesh).is_none();
+        let link_from_part_link = zero.world_from(link).inv_mul(&zero.world_from(part.link));
+        let other_from_part = link_from_part.inverse() * link_from_part_link * part.link_from_part;
+        is_round.then_some(own.tool_from_mesh * other_from_part)
+    };
+    let axis = parts.into_iter().find_map(round_axis).or_else(|| fluted_axis(&part.mesh));
+    TurnedBy::new(scene.machine.rigid_body(part.link), axis.map_or(About::Unknown, About::Axis))
+}
+
+/// The axis of a mesh that is longer than thick and repeats itself around it, as a fluted drill does.
+fn fluted_axis(mesh: &Mesh) -> Option<Isometry> {
+    let own = Revolved::around(mesh);
+    let is_fluted = is_long(&own) && slabs(mesh, &own.tool_from_mesh).is_some_and(|slabs| repeat(&slabs));
+    is_fluted.then_some(own.tool_from_mesh)
+}
+
+fn is_long(own: &Revolved) -> bool {
+    let ([low, high], radius) = (own.profile.span_mm(), own.profile.radius_mm());
+    high - low > 2.0 * radius
+}
+
 /// Whether a cutter beside the spindle's axis, or across it, may have a drive of its own: it is round about another axis, or longer than thick, as a fluted drill is.
 fn may_turn_itself(mesh: &Mesh, spindle_from_part: &Isometry) -> bool {
     if Revolved::about(mesh, *spindle_from_part).filled >= ROUND {
         return false;
     }
     let own = Revolved::around(mesh);
-    let ([low, high], radius) = (own.profile.span_mm(), own.profile.radius_mm());
     let own_from_spindle = own.tool_from_mesh * spindle_from_part.inverse();
     let (point, along) = (own_from_spindle * Point::origin(), own_from_spindle * Vector::z());
-    own.filled >= ROUND || high - low > 2.0 * radius && !passes(&point, &along, radius, [low, high])
+    let (radius, span) = (own.profile.radius_mm(), own.profile.span_mm());
+    own.filled >= ROUND || is_long(&own) && !passes(&point, &along, radius, span)
 }
 
 /// Whether a line passes through a cylinder about z.
@@ -397,6 +470,17 @@ impl Slab {
             empty <= MOST_EMPTY
         })
     }
+}
+
+/// Whether a part of a turn, from a seventh to a half, takes what is farthest from the axis to where it was, at every height.
+fn repeat(slabs: &[Slab]) -> bool {
+    let is_near = |slab: &Slab, sector: usize| {
+        (0..=MOST_EMPTY).any(|k| slab.sectors[(sector + k + SECTORS - MOST_EMPTY / 2) % SECTORS])
+    };
+    let is_there_again = |slab: &Slab, turn: usize| {
+        (0..SECTORS).filter(|&sector| slab.sectors[sector]).all(|sector| is_near(slab, sector + turn))
+    };
+    [2, 3, 5, 7].iter().any(|count| slabs.iter().all(|slab| is_there_again(slab, SECTORS / count)))
 }
 
 /// A ring around each slab, as one mesh in the part's frame; `None` where it is larger than a mesh may be.
@@ -516,6 +600,30 @@ repeat = { kind = "around", count = 3 }"#,
             format!("{body}\n[[parts]]\n{tooth}\nrepeat = {{ kind = \"around\", count = {count} }}")
         };
         assert!(!is_round(&toothed(6)) && !is_round(&toothed(12)) && is_round(&toothed(60)));
+    }
+
+    #[test]
+    fn only_what_repeats_itself_around_its_axis_is_fluted() {
+        let shank = "{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }";
+        let arm = |x: f64| {
+            format!(
+                "{{ shape = {{ kind = \"rounded-box\", size_mm = [10, 4, 8] }}, at = {{ xyz_mm = [{x}, 0, 10] }} }}"
+            )
+        };
+        let compound = |parts: &[String]| format!("kind = \"compound\"\nparts = [{}]", parts.join(", "));
+        let drill = "kind = \"rounded-box\"\nsize_mm = [4, 8, 60]".to_owned();
+        for (shape, expected) in [
+            (drill, true),
+            (compound(&[shank.to_owned(), arm(10.0), arm(-10.0)]), true),
+            (compound(&[shank.to_owned(), arm(10.0)]), false),
+            // Flat.
+            ("kind = \"rounded-box\"\nsize_mm = [10, 10, 4]".to_owned(), false),
+        ] {
+            let axis = fluted_axis(&mesh(&shape));
+            assert_eq!(axis.is_some(), expected, "{shape}");
+            let is_along = |axis: Isometry| (axis * Vector::z()).z.abs() > 1.0 - 1e-9;
+            assert!(axis.is_none_or(is_along), "{shape}");
+        }
     }
 
     #[test]

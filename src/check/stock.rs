@@ -273,8 +273,12 @@ impl<'a> Examined<'a, '_> {
         let part = pair.other(self.workpiece);
         let Part { ref mesh, role, groove_mm, turns, .. } = self.scene.parts[part];
         let stands = role == Role::Cutter && turns == Some(Turns::Nothing) && self.axis.is_none();
+        // A drive turns it about an axis that is not known.
+        let is_said = turns == Some(Turns::Own) || (self.axis.is_some() && turns == Some(Turns::Spindle));
+        let is_vague = is_said && self.spun.as_drawn.contains(&part);
         let body = match (role, self.spun.axis_of(part)) {
             (Role::Cutter, _) if stands => Body::standing(mesh),
+            (Role::Cutter, None) if is_vague => Body::turning(mesh, groove_mm).vague(),
             (Role::Cutter, Some(axis_from_part)) => Body::turning_about(mesh, axis_from_part, groove_mm),
             (Role::Cutter, None) => Body::turning(mesh, groove_mm),
             _ => Body::standing(mesh),
@@ -295,12 +299,16 @@ impl<'a> Examined<'a, '_> {
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
     fn as_turned(&self, pair: Pair) -> Other {
         let part = pair.other(self.workpiece);
-        let mesh = &self.scene.parts[part].mesh;
-        let body = match self.spun.axis_of(part) {
-            Some(axis_from_part) => Body::turning_about(mesh, axis_from_part, 0.0),
-            None => Body::standing(mesh),
+        // Rings of a part stand for it beside a workpiece that turns about another axis.
+        let scene = &self.spun.scene;
+        let axis_from_part = self.spun.axis_of(part);
+        // A round workpiece stands while a driven tool turns beside it.
+        let axis = self.axis.filter(|_| axis_from_part.is_none() || self.spun.is_turned(self.workpiece));
+        let body = match axis_from_part.filter(|_| axis.is_none()) {
+            Some(axis_from_part) => Body::turning_about(&self.scene.parts[part].mesh, axis_from_part, 0.0),
+            None => Body::standing(&scene.parts[part].mesh),
         };
-        let turning = self.axis.map(|axis| Turning::new(self.scene, self.path, axis, false, part, &body));
+        let turning = axis.map(|axis| Turning::new(scene, self.path, axis, false, part, &body));
         Other { turning, is_turned: true, ..self.standing(pair, body, None) }
     }
 
@@ -320,8 +328,8 @@ impl<'a> Examined<'a, '_> {
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
     fn beside(&self, axis: &WorkAxis, pair: Pair, is_turned: bool) -> Option<Other> {
-        let Self { scene, path, .. } = *self;
-        let part = pair.other(self.workpiece);
+        let scene = if is_turned { &self.spun.scene } else { self.scene };
+        let (path, part) = (self.path, pair.other(self.workpiece));
         let Part { ref mesh, role, .. } = scene.parts[part];
         let body = Body::turning(mesh, 0.0);
         let turning = Turning::new(scene, path, axis, true, part, &body);

@@ -83,9 +83,7 @@ impl Turning {
 
     /// Whether part number `part`, a cutter, turns itself and not the workpiece.
     pub fn is_driven(&self, scene: &Scene, path: &Path<'_>, axis: &WorkAxis, part: usize, body: &Body) -> bool {
-        let is_feed = |at: &usize| matches!(path.step(*at as f64).kind, MoveKind::Feed | MoveKind::Arc { .. });
-        let is_mounted = |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
-        let feeds = || (1..=path.samples().len()).filter(is_feed).filter(is_mounted);
+        let feeds = || feeds_of(scene, path, part);
         let turned_to = |at: usize| axis.turned_by.map_or(0.0, |axis| path.position(at)[axis]);
         let is_turned = feeds().next().is_some_and(|first| {
             let wanted = turned_to(first);
@@ -146,6 +144,28 @@ impl Turning {
     /// How deep a point of the part's section can be in it at most, mm.
     pub fn deepest_mm(&self) -> f64 {
         self.sections.borrow()[0].tool.deepest_mm()
+    }
+}
+
+/// Places at the ends of a part's feeds.
+fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
+    let is_feed = move |at: &usize| matches!(path.step(*at as f64).kind, MoveKind::Feed | MoveKind::Arc { .. });
+    let is_mounted = move |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
+    (1..=path.samples().len()).filter(is_feed).filter(is_mounted)
+}
+
+/// Whether a cutter on a lathe is driven, or may be: it is round and never feeds.
+pub(super) fn may_be_driven(scene: &Scene, path: &Path<'_>, cutter: usize) -> bool {
+    let body = Body::turning(&scene.parts[cutter].mesh, 0.0);
+    let is_driven = |axis: WorkAxis| {
+        Turning::new(scene, path, &axis, false, cutter, &body).is_driven(scene, path, &axis, cutter, &body)
+    };
+    let is_open = || body.axis().is_some() && feeds_of(scene, path, cutter).next().is_none();
+    let workpieces = (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece);
+    let mut axes = workpieces.filter_map(|workpiece| WorkAxis::of(scene, path, workpiece));
+    match scene.parts[cutter].turns {
+        Some(turns) => turns != Turns::Nothing,
+        None => is_open() || axes.any(is_driven),
     }
 }
 

@@ -20,7 +20,7 @@ use crate::measure::timer;
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{ProgramRun, Scene};
+use crate::scene::{Part, ProgramRun, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -56,7 +56,7 @@ pub struct Options {
     /// Print the result as JSON
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-    /// Print the events as CSV
+    /// Print the findings as CSV
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
@@ -184,10 +184,9 @@ struct Checked<'a> {
 impl Checked<'_> {
     /// Whether the program may run.
     fn is_clear(&self) -> bool {
-        let is_cut = !self.outcome.stays_whole && self.outcome.uncut.is_empty();
-        self.outcome.is_clear()
-            && self.certificate.as_ref().is_none_or(|written| written.is_free(is_cut))
-            && self.left.iter().all(|left| left.comparison.is_none_or(|c| c.gouge.volume_mm3 == 0.0))
+        let is_clear = findings::findings(self).iter().all(|finding| finding.rule.is_note);
+        assert!(self.outcome.is_clear() || !is_clear, "whatever fails a check is a finding of every report");
+        is_clear
     }
 }
 
@@ -226,7 +225,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         json["stock"] = stock::as_json(scene, outcome, left);
         say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
-        say(as_csv(scene, outcome)?.trim_end());
+        say(as_csv(&checked)?.trim_end());
         not_examined(scene, outcome).iter().for_each(note);
     } else {
         print(scene, run, outcome, variant, times);
@@ -401,9 +400,13 @@ fn tool_without_part(tool: &u32) -> String {
 /// What the answer says nothing about, a line each.
 fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
-        let name = &scene.parts[part].name;
+        let Part { name, turns, .. } = &scene.parts[part];
+        let why = match turns {
+            None => "`turns` of the part says what turns it",
+            Some(_) => "about which axis it turns is not known",
+        };
         format!(
-            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; `turns` of the part says what turns it (docs/check.md, What turns)"
+            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; {why} (docs/check.md, What turns)"
         )
     };
     let unsure = |&part: &usize| {
@@ -619,7 +622,8 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
     })
 }
 
-fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
+fn as_csv(checked: &Checked<'_>) -> Result<String> {
+    let Checked { scene, outcome, .. } = checked;
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut header: Vec<String> = [
         "kind",
@@ -667,15 +671,15 @@ fn as_csv(scene: &Scene, outcome: &Outcome) -> Result<String> {
         row.push(event.block.clone());
         writer.write_record(&row)?;
     }
-    for over in &outcome.over_travel {
-        let (letter, line, time) = (over.cause.axis.to_string(), over.line.to_string(), over.time_s.to_string());
+    for finding in findings::findings(checked).iter().filter(|finding| finding.pair.is_none()) {
+        let (line, time) = (finding.line.to_string(), finding.time_s.map(|time_s| time_s.to_string()));
         let mut row = vec![String::new(); header.len()];
         for (column, value) in [
-            ("kind", "over-travel"),
-            ("a", &letter),
+            ("kind", finding.rule.id),
+            ("a", &finding.subject),
             ("first_line", &line),
-            ("first_time_s", &time),
-            ("block", &over.block),
+            ("first_time_s", time.as_deref().unwrap_or_default()),
+            ("block", finding.block),
         ] {
             if let Some(at) = header.iter().position(|name| name == column) {
                 row[at] = value.to_owned();

@@ -260,7 +260,11 @@ impl Interpreter<'_> {
             let why = "places and offsets of coordinates while cutter compensation is on";
             self.refuse_compensated(values, Group::NonModal, why)?;
         }
+        let was_transformed = self.transforms.are_on();
         self.obey_transforms(values)?;
+        if was_transformed && self.transforms.are_on() {
+            self.refuse_other_zero(values)?;
+        }
         match values.number(Group::NonModal) {
             Some(531) => match values.code(Group::NonModal) {
                 Some(code) => self.turn_upright(values, code),
@@ -285,6 +289,17 @@ impl Interpreter<'_> {
             }
             Some(code @ (520 | 920..=923)) => self.shift(values, code),
             _ => Ok(()),
+        }
+    }
+
+    /// Refuses G52, G54 to G59 and G92 where Fanuc's manuals forbid them: in turned, scaled or mirrored coordinates.
+    fn refuse_other_zero(&self, values: &Values) -> Result<(), Fault> {
+        let sets_zero = |code: &&Code| code.number == 520 || (code.number == 920 && values.has_axis());
+        let code = values.code(Group::NonModal).filter(sets_zero).or_else(|| values.code(Group::Coordinates));
+        let why = "another zero (G52, G54 to G59, G92) in turned, scaled or mirrored coordinates on Fanuc's controls; G69, G50 or G50.1 ends these";
+        match code.filter(|_| self.setup.dialect == Dialect::Fanuc) {
+            Some(code) => Err(code.fault(Cause::NotAllowed(why))),
+            None => Ok(()),
         }
     }
 
@@ -356,20 +371,13 @@ impl Interpreter<'_> {
                 if !values.has_axis() {
                     return Err(self.fault_at(values, Group::NonModal, Cause::Missing("an axis word")));
                 }
-                let like_fanuc = self.setup.dialect.is_fanuc_like();
-                let program = self.offsets.to_program(&self.position);
-                for axis in Axis::ALL {
-                    let i = axis as usize;
-                    let Some(value) = self.take_axis(values, axis) else { continue };
+                let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
+                if code == 520 {
                     let Offsets { shift, local_zero, .. } = &mut self.offsets;
-                    if code == 520 && like_fanuc {
-                        local_zero[i] = value;
-                    } else if code == 520 {
-                        shift[i] = value;
-                    } else {
-                        shift[i] += program[i] + local_zero[i] - value;
-                        local_zero[i] = 0.0;
-                    }
+                    let zero = if self.setup.dialect.is_fanuc_like() { local_zero } else { shift };
+                    zero.iter_mut().zip(words).for_each(|(old, word)| *old = word.unwrap_or(*old));
+                } else {
+                    self.shift_to_reading(&words);
                 }
                 let shift = self.offsets.shift;
                 self.store(SHIFT, &shift);
@@ -388,6 +396,28 @@ impl Interpreter<'_> {
             }
         }
         Ok(())
+    }
+
+    /// G92: the present position shall read as the words say, and on axes without a word as it did.
+    fn shift_to_reading(&mut self, words: &[Option<f64>; 9]) {
+        let mut before = self.offsets.to_program(&self.position);
+        let mut after: Values9 = std::array::from_fn(|i| words[i].unwrap_or(before[i]));
+        let Offsets { shift, local_zero, local, .. } = &mut self.offsets;
+        // The shift is behind turns, scales and tilts, where a word for X may move Y and Z.
+        let mixes = local.is_some() && words[..3].iter().any(Option::is_some);
+        if let Some(local) = local {
+            local.apply(&mut before);
+            local.apply(&mut after);
+        }
+        for axis in Axis::ALL {
+            let i = axis as usize;
+            if words[i].is_some() {
+                shift[i] += std::mem::take(&mut local_zero[i]);
+            }
+            if words[i].is_some() || (mixes && i < 3) {
+                shift[i] += before[i] - after[i];
+            }
+        }
     }
 
     /// G10 L0, L1, L2, L10, L11 and L20.

@@ -22,6 +22,11 @@ pub(super) struct Transforms {
 }
 
 impl Transforms {
+    /// Whether any is in force.
+    pub fn are_on(&self) -> bool {
+        *self != Self::default()
+    }
+
     /// Whether X, Y and Z are scaled differently.
     pub fn is_uneven(&self) -> bool {
         self.factors.is_some_and(|[x, y, z]| x != y || y != z)

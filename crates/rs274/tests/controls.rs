@@ -429,6 +429,15 @@ fn g52_and_g92_shift_apart_on_fanucs_controls() {
 }
 
 #[test]
+fn g92_in_a_tilted_plane_sets_the_reading_and_moves_nothing() {
+    // (1, 2, 3) in the plane is at (11, -3, 2): its Y is along Z, its Z along -Y.
+    let plane = "G68.2 X10 Y0 Z0 I0 J90 K0\nG0 X1 Y2 Z3\n";
+    assert_end(&format!("{plane}G92 X0 Y0 Z0\nG0 Y5\nM2"), &linuxcnc(), [11.0, -3.0, 7.0]);
+    // X and Z read as before.
+    assert_end(&format!("{plane}G92 Y0\nG0 X2 Y5 Z4\nM2"), &linuxcnc(), [12.0, -4.0, 7.0]);
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);

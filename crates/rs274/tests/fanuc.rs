@@ -269,6 +269,32 @@ fn coordinates_are_turned_scaled_and_mirrored() {
 }
 
 #[test]
+fn another_zero_in_turned_scaled_or_mirrored_coordinates() {
+    for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50"), ("G51.1X0", "G50.1")] {
+        for zero in ["G92X0Y0", "G52X1.", "G55", "G54.1P2"] {
+            let told = refused(&format!("{on}\nG0X10.Y1.\n{zero}\nM30"), &fanuc());
+            assert!(told.starts_with("bad.nc:3:1: ") && told.contains("another zero"), "{on} {zero}: {told}");
+            run(&format!("{on}\n{off}\n{zero}\nG0X1.\nM30"), &fanuc());
+        }
+        run(&format!("G54{on}\nG92S500\nG53G0X1.\n{off}G55\nM30"), &fanuc());
+    }
+    // Haas: (10, 0) is at (0, 10); read as (0, 0) it stays there, and X goes along Y.
+    for (source, expected) in [
+        ("G68X0Y0R90.\nG0X10.Y0\nG92X0Y0\nG0X5.", [0.0, 15.0, 0.0]),
+        // (10, 4) is at (-4, 10), and read as (0, 4).
+        ("G68X0Y0R90.\nG0X10.Y4.\nG92X0\nG0X5.", [-4.0, 15.0, 0.0]),
+        ("G68X0Y0R90.\nG0X10.Y4.\nG92X0\nG0Y0", [0.0, 10.0, 0.0]),
+        ("G51X0Y0Z0P2.\nG0X3.Y1.\nG92X0Y0\nX1.", [8.0, 2.0, 0.0]),
+        ("G51.1X10.\nG0X3.Y1.\nG92X0\nX1.", [16.0, 1.0, 0.0]),
+        // G52 by 2 along X, in front of which stands the turn: (10, 0) is at (2, 10).
+        ("G52X2.\nG68X0Y0R90.\nG0X10.Y0\nG92X0Y0\nG0X5.", [2.0, 15.0, 0.0]),
+    ] {
+        let program = run(&format!("{source}\nM30"), &haas());
+        support::assert_near(*ends(&program).last().unwrap(), expected, source);
+    }
+}
+
+#[test]
 fn there_are_more_coordinate_systems() {
     assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
     assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);

@@ -70,6 +70,32 @@ fn cuboid(size: [f64; 3]) -> String {
     format!("{{ kind = \"rounded-box\", size_mm = {size:?} }}")
 }
 
+/// A shank of 20 mm along Z and a blade at its lower end that reaches 60 mm towards X: no cylinder around it has its axis.
+const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
+
+#[test]
+fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
+    let chuck = |turns: &str| {
+        part("chuck", "head", "holder", [0.0, 0.0, 140.0], &cylinder(10.0, 30.0)) + &format!("tool = 1\n{turns}")
+    };
+    let (own, nothing) = ("turns = \"own\"\n", "turns = \"none\"\n");
+    for (chuck, is_known) in [(String::new(), false), (chuck(own), true), (chuck(nothing), false), (chuck(""), false)] {
+        let fly = part("fly", "head", "cutter", [0.0, 0.0, 80.0], FLY) + "tool = 1\n" + own;
+        // From 50 mm beside the axis on, on the side without the blade.
+        let post = part("post", "", "fixture", [-55.0, 0.0, 25.0], &cuboid([10.0, 10.0, 50.0]));
+        let told = found(&[HEAD, &post, &fly, &chuck, NO_TIP].concat(), "T1 M6\nM3 S1000\nG0 Z-60\nM2");
+        let expected = if is_known { vec![(3, "unresolved")] } else { vec![] };
+        assert_eq!((kinds(&told), told.as_drawn.contains(&1)), (expected, !is_known), "{chuck}");
+        // The blade cuts 2 mm deep, and a drill comes down 3 mm deeper later. About an axis along Y the blade would have gone through the block.
+        let block = part("block", "", "workpiece", [0.0; 3], &cuboid([100.0, 100.0, 20.0]));
+        let drill = part("drill", "head", "cutter", [10.0, 0.0, 30.0], &cylinder(2.0, 40.0)) + "tool = 2\n";
+        let program = "T1 M6\nM3 S1000\nG1 Z-72 F100\nG1 Z0\nT2 M6\nM3 S1000\nG0 Z-25\nG0 Z0\nM2";
+        let told = found(&[HEAD, &block, &fly, &drill, &chuck, NO_TIP].concat(), program);
+        let expected = if is_known { (7, "rapid-into-workpiece") } else { (7, "unresolved") };
+        assert_eq!(kinds(&told), [expected], "{chuck}");
+    }
+}
+
 #[test]
 fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [30, 0, 10] } }] }";
@@ -89,6 +115,51 @@ fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     // Where the axis is not known, the holder is named.
     let told = found(&format!("{text}{NO_TIP}"), turning);
     assert_eq!((told.is_clear(), told.as_drawn), (true, vec![2]));
+}
+
+#[test]
+fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        part(name, "slide", role, [x, 0.0, 100.0], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
+    };
+    // The lug is from 20 to 40 mm beside the axis of the tool, away from the chuck.
+    let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [-30, 0, 10] } }] }";
+    let steady = part("steady", "", "fixture", [0.0, 40.0, 100.0], &cuboid([200.0, 20.0, 20.0])) + "turns = \"none\"\n";
+    let text = |steady: &str, cutter: &str, of_holder: &str| {
+        let key = |turns: &str| if turns.is_empty() { String::new() } else { format!("turns = \"{turns}\"\n") };
+        [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &along_x("mill", "cutter", 60.0, &cylinder(5.0, 40.0)),
+            &key(cutter),
+            &along_x("holder", "holder", 100.0, holder),
+            &key(of_holder),
+            steady,
+        ]
+        .concat()
+    };
+    let beside_steady = "M3 S500\nG1 X-60 F200\nM2";
+    // A cut into the bar, and then the lug over its end, within the half turn that is not drawn.
+    let over_the_end = "M3 S500\nG0 Z-60\nG1 X-90 F200\nG1 X0\nG0 Z0\nG0 X-190\nG1 Z-20 F200\nM2";
+    for (cutter, of_holder, meets, is_named) in [
+        ("own", "own", true, false),
+        ("spindle", "spindle", true, false),
+        ("own", "none", false, false),
+        ("own", "", false, true),
+        ("", "", false, true),
+        ("none", "", false, false),
+    ] {
+        let expected = |line: u32| if meets { vec![(line, "unresolved")] } else { vec![] };
+        let named = if is_named { vec![2] } else { vec![] };
+        let told = found(&text(&steady, cutter, of_holder), beside_steady);
+        assert_eq!((kinds(&told), &told.as_drawn), (expected(2), &named), "{cutter} {of_holder}");
+        if cutter == "own" {
+            let told = found(&text("", cutter, of_holder), over_the_end);
+            assert_eq!((kinds(&told), &told.as_drawn), (expected(7), &named), "{cutter} {of_holder}");
+        }
+    }
+    // With rapids alone nobody knows whether the round cutter is driven.
+    assert_eq!(found(&text(&steady, "", ""), "M3 S500\nG0 X-60\nM2").as_drawn, [2]);
 }
 
 #[test]
@@ -320,6 +391,41 @@ fn a_chuck_without_a_workpiece_turns_or_is_named() {
     ]
     .concat();
     assert_eq!(kinds(&found(&text, program)), [(2, "unresolved")]);
+}
+
+#[test]
+fn the_chuck_of_a_second_spindle_turns_or_is_named() {
+    let second = "[[machine.links]]\nname = \"slide-2\"\njoint = { axis = \"W\", direction = [0, 0, 1] }\n\
+        [[machine.links]]\nname = \"spindle-2\"\nparent = \"slide-2\"\njoint = { axis = \"A\", direction = [0, 0, 1] }\n[program]";
+    let (spindle, nothing) = ("turns = \"spindle\"\n", "turns = \"none\"\n");
+    for (link, role, turns, tool_link, meets, named) in [
+        ("spindle-2", "fixture", "", "slide", true, false),
+        ("spindle-2", "fixture", spindle, "slide", true, false),
+        ("spindle-2", "fixture", nothing, "slide", false, false),
+        ("spindle-2", "machine", spindle, "slide", true, false),
+        ("spindle-2", "machine", "", "slide", false, false),
+        // No joint turns it.
+        ("slide-2", "fixture", "", "slide", false, true),
+        ("slide-2", "fixture", nothing, "slide", false, false),
+        // A steady on a turret.
+        ("turret", "fixture", "", "turret", false, true),
+    ] {
+        let text = [
+            &LATHE.replacen("[program]", second, 1),
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &part("chuck", link, role, [0.0, 0.0, -20.0], &cuboid([20.0, 100.0, 20.0])),
+            turns,
+            &part("insert", tool_link, "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0])),
+        ]
+        .concat();
+        let told = found(&text, "M3 S500\nG1 X-40 F200\nM2");
+        let expected = if meets { vec![(2, "unresolved")] } else { vec![] };
+        assert_eq!(
+            (kinds(&told), told.as_drawn),
+            (expected, if named { vec![1] } else { vec![] }),
+            "{link} {role} {turns}"
+        );
+    }
 }
 
 #[test]

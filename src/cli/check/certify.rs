@@ -8,6 +8,7 @@ use crate::registry::Variant;
 use crate::scene::{ProgramRun, Scene};
 use anyhow::Result;
 use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Doubts that are told one by one.
@@ -35,10 +36,19 @@ impl Written {
         Ok(Self { certificate, variant: variant.map(|variant| variant.info.id), search_s: super::seconds(ns) })
     }
 
-    /// Whether every block is proved free; where the check cuts the workpiece, that decides on rapids within it.
-    pub(super) fn is_free(&self, is_cut: bool) -> bool {
+    /// Lines of the blocks that are not proved free, each with what is in doubt; rapids near the workpiece are none of them where the check cuts it.
+    pub(super) fn unproved(&self, scene: &Scene, is_cut: bool) -> Vec<(u32, String)> {
         let most = if is_cut { Verdict::Stock } else { Verdict::Free };
-        self.certificate.blocks.values().all(|&verdict| verdict <= most)
+        let mut pairs: BTreeMap<(u32, Verdict), BTreeSet<String>> = BTreeMap::new();
+        for Doubt { line, pair, verdict, .. } in &self.certificate.doubts {
+            pairs.entry((*line, *verdict)).or_default().insert(scene.pair_name(*pair));
+        }
+        let told = |(&line, &verdict): (&u32, &Verdict)| {
+            let what = if verdict == Verdict::Collision { "proved to touch" } else { "not proved free of contact" };
+            let names: Vec<String> = pairs.remove(&(line, verdict)).unwrap_or_default().into_iter().collect();
+            (line, format!("{what}: {}", names.join(", ")))
+        };
+        self.certificate.blocks.iter().filter(|&(_, &verdict)| verdict > most).map(told).collect()
     }
 
     /// What a terminal shows.

@@ -1,8 +1,10 @@
 //! What `check` found, as a list that reports for other programs are made of: each finding with its rule and its line.
 
-use super::{axes, clock, near_pairs};
-use crate::check::{Event, Extent, Kind, Outcome, OverTravel};
-use crate::scene::{Pair, Scene};
+use super::stock::Left;
+use super::{Checked, axes, clock, near_pairs, tool_without_part};
+use crate::check::{Event, Extent, Kind, OverTravel};
+use crate::scene::{Pair, ProgramRun, Scene};
+use rs274::{Move, MoveKind};
 
 /// A kind of finding.
 pub struct Rule {
@@ -19,7 +21,7 @@ pub struct Rule {
 }
 
 /// Every rule; [`rule_of`] finds an event's.
-pub const RULES: [Rule; 8] = [
+pub const RULES: [Rule; 11] = [
     Rule {
         id: "collision",
         name: "Collision",
@@ -72,6 +74,28 @@ pub const RULES: [Rule; 8] = [
         is_note: false,
     },
     Rule {
+        id: "tool-without-part",
+        name: "ToolWithoutPart",
+        what: "A tool in use has no part in the scene, so nobody knows what it meets.",
+        help: "Draw the tool (`tool = N` of a part), or give its measures with `--tool`. Where the program feeds with none, `tool` of `[program]` says which is there at \
+            first.",
+        is_note: false,
+    },
+    Rule {
+        id: "target-gouge",
+        name: "TargetGouge",
+        what: "What is left of the workpiece lacks some of the wanted part of `--target`.",
+        help: "The message says how deep and how much. Which line cuts it is not known, so it is shown at line 1.",
+        is_note: false,
+    },
+    Rule {
+        id: "not-proved",
+        name: "NotProved",
+        what: "A block is not proved free of contact by `--certify`.",
+        help: "The block is proved to be in contact, or the search found no proof: the message says which, and of which parts.",
+        is_note: false,
+    },
+    Rule {
         id: "near",
         name: "NearMiss",
         what: "Two parts come nearer than a clearance without touching.",
@@ -89,27 +113,37 @@ fn rule(id: &str) -> &'static Rule {
 pub struct Finding<'a> {
     /// What kind it is of.
     pub rule: &'static Rule,
-    /// The line, from 1; 1 for what is there before the first move.
+    /// The line, from 1; 1 for what is there before the first move, and for what has no line.
     pub line: u32,
     /// Text of the line.
     pub block: &'a str,
     /// What happens, where and when, in a sentence.
     pub message: String,
-    /// The parts; `None` for over-travel.
+    /// The parts, where it is of two.
     pub pair: Option<Pair>,
+    /// The axis, tool or workpiece, where it is of one.
+    pub subject: String,
     /// When, s from the program's start.
-    pub time_s: f64,
-    /// The least distance, mm, and where it happens; `None` for over-travel.
+    pub time_s: Option<f64>,
+    /// The least distance, mm, and where it happens, where it is of two parts.
     pub at: Option<(f64, &'a Extent)>,
 }
 
-/// Collisions and over-travel by time, then a near miss for each pair.
-pub fn findings<'a>(scene: &Scene, outcome: &'a Outcome) -> Vec<Finding<'a>> {
+/// Whatever makes a check fail: collisions and over-travel by time, tools without parts, gouges of the wanted part, blocks without a proof. Then a near miss for each
+/// pair.
+pub fn findings<'a>(checked: &'a Checked<'_>) -> Vec<Finding<'a>> {
+    let Checked { scene, run, outcome, left, certificate, .. } = checked;
     let (collisions, near): (Vec<&Event>, Vec<&Event>) =
         outcome.events.iter().partition(|event| event.kind.is_collision());
     let mut found: Vec<Finding<'_>> = collisions.iter().map(|event| of_collision(scene, event)).collect();
     found.extend(outcome.over_travel.iter().map(of_over_travel));
-    found.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    found.sort_by(|a, b| a.time_s.unwrap_or_default().total_cmp(&b.time_s.unwrap_or_default()));
+    found.extend(outcome.tools_without_parts.iter().map(|&tool| of_tool(run, tool)));
+    found.extend(left.iter().filter_map(|left| of_target(scene, left)));
+    // Where the check cuts the workpiece, that decides on rapids within it.
+    let is_cut = !outcome.stays_whole && outcome.uncut.is_empty();
+    let unproved = certificate.iter().flat_map(|written| written.unproved(scene, is_cut));
+    found.extend(unproved.map(|(line, message)| of_line("not-proved", run, line, message)));
     found.extend(near_pairs(&near, &collisions).into_iter().filter_map(|(events, _)| of_near_miss(scene, &events)));
     found
 }
@@ -139,15 +173,46 @@ fn of_collision<'a>(scene: &Scene, event: &'a Event) -> Finding<'a> {
         block,
         message,
         pair: Some(event.pair),
-        time_s: event.first.time_s,
+        subject: String::new(),
+        time_s: Some(event.first.time_s),
         at: Some((event.least_mm, &event.first)),
     }
 }
 
 fn of_over_travel(over: &OverTravel) -> Finding<'_> {
     let message = format!("{}, {} into the program", over.cause, clock(over.time_s));
-    let rule = rule("over-travel");
-    Finding { rule, line: over.line, block: &over.block, message, pair: None, time_s: over.time_s, at: None }
+    let (rule, subject, time_s) = (rule("over-travel"), over.cause.axis.to_string(), Some(over.time_s));
+    Finding { rule, line: over.line, block: &over.block, message, pair: None, subject, time_s, at: None }
+}
+
+/// A finding of a line as a whole.
+fn of_line<'a>(id: &str, run: &'a ProgramRun, line: u32, message: String) -> Finding<'a> {
+    let index = (line as usize).checked_sub(1);
+    let block = index.and_then(|index| run.program.blocks.get(index)).map_or("", |block| block.trim());
+    let (rule, line, subject) = (rule(id), line.max(1), String::new());
+    Finding { rule, line, block, message, pair: None, subject, time_s: None, at: None }
+}
+
+/// At the first feed with the tool, else at its first move.
+fn of_tool(run: &ProgramRun, tool: u32) -> Finding<'_> {
+    let feeds = |step: &&Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+    let with_it: Vec<&Move> =
+        run.program.moves.iter().zip(run.tools()).filter(|&(_, other)| other == tool).map(|(step, _)| step).collect();
+    let first = with_it.iter().copied().find(feeds).or_else(|| with_it.first().copied());
+    let finding = of_line("tool-without-part", run, first.map_or(1, |step| step.line), tool_without_part(&tool));
+    Finding { subject: format!("tool {tool}"), ..finding }
+}
+
+fn of_target(scene: &Scene, left: &Left) -> Option<Finding<'static>> {
+    let gouge = left.comparison?.gouge;
+    let subject = scene.parts[left.part].name.clone();
+    let message = format!(
+        "{subject}: the wanted part is cut {:.3} mm deep, at least {:.1} mm³",
+        gouge.greatest_mm, gouge.volume_mm3
+    );
+    let rule = rule("target-gouge");
+    let finding = Finding { rule, line: 1, block: "", message, pair: None, subject, time_s: None, at: None };
+    (gouge.volume_mm3 > 0.0).then_some(finding)
 }
 
 fn of_near_miss<'a>(scene: &Scene, events: &[&'a Event]) -> Option<Finding<'a>> {
@@ -169,7 +234,8 @@ fn of_near_miss<'a>(scene: &Scene, events: &[&'a Event]) -> Option<Finding<'a>> 
         block,
         message,
         pair: Some(event.pair),
-        time_s: event.nearest.time_s,
+        subject: String::new(),
+        time_s: Some(event.nearest.time_s),
         at: Some((event.least_mm, &event.nearest)),
     })
 }
@@ -193,7 +259,9 @@ mod tests {
             let rule = rule(kind.name());
             assert_eq!((rule.id, rule.is_note), (kind.name(), !kind.is_collision()));
         }
-        assert_eq!(rule("over-travel").id, "over-travel");
+        for id in ["over-travel", "tool-without-part", "target-gouge", "not-proved"] {
+            assert_eq!(rule(id).id, id);
+        }
         let mut ids: Vec<_> = RULES.iter().map(|rule| rule.id).collect();
         ids.sort_unstable();
         ids.dedup();

@@ -1,5 +1,5 @@
-//! Findings as JUnit XML: what test pages of continuous integration show. A test case for each examined pair and one for the limits of the
-//! axes; attributes are those that all readers of the format allow.
+//! Findings as JUnit XML: what test pages of continuous integration show. A test case for each examined pair, and one each for the limits of the
+//! axes, the tools, the wanted part and the proof; attributes are those that all readers of the format allow.
 
 use super::findings::{Finding, findings};
 use super::{Checked, not_examined, tool_without_part};
@@ -22,8 +22,8 @@ struct Case {
 /// # Errors
 /// When it cannot be written as XML.
 pub fn report(checked: &Checked<'_>) -> Result<String> {
-    let Checked { scene, run, outcome, variant, times, .. } = checked;
-    let found = findings(scene, outcome);
+    let Checked { scene, run, outcome, variant, times, left, certificate } = checked;
+    let found = findings(checked);
     let file = run.file.to_string_lossy();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
     let at_line = |finding: &Finding<'_>| format!("{file}:{}: {}", finding.line, finding.message);
@@ -51,13 +51,20 @@ pub fn report(checked: &Checked<'_>) -> Result<String> {
             case(&scene.pair_name(decision.pair), &of_pair)
         })
         .collect();
-    cases.push(case("limits of the axes", &found.iter().filter(|finding| finding.pair.is_none()).collect::<Vec<_>>()));
-    // What a tool without a part meets nobody knows: that is no clear answer.
+    let is_compared = left.iter().any(|left| left.comparison.is_some());
+    for (name, id, is_asked) in [
+        ("limits of the axes", "over-travel", true),
+        ("tools in use", "tool-without-part", true),
+        ("the wanted part", "target-gouge", is_compared),
+        ("proof of each block", "not-proved", certificate.is_some()),
+    ] {
+        let of_rule: Vec<&Finding<'_>> = found.iter().filter(|finding| finding.rule.id == id).collect();
+        cases.extend(is_asked.then(|| case(name, &of_rule)));
+    }
     let tools: Vec<String> = outcome.tools_without_parts.iter().map(tool_without_part).collect();
-    for text in not_examined(scene, outcome) {
+    for text in not_examined(scene, outcome).into_iter().filter(|text| !tools.contains(text)) {
         let what = text.strip_prefix("not examined: ").unwrap_or(&text);
-        let kind = if tools.contains(&text) { "failure" } else { "skipped" };
-        let failed = Some((kind, String::new(), "not examined".to_owned(), String::new()));
+        let failed = Some(("skipped", String::new(), "not examined".to_owned(), String::new()));
         cases.push(Case { name: format!("{program}: {what}"), failed, output: String::new() });
     }
     let properties = [

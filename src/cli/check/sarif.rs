@@ -15,8 +15,7 @@ pub fn report(checked: &Checked<'_>) -> Value {
     let Checked { scene, run, outcome, .. } = checked;
     let uri = uri(&run.file);
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    let results: Vec<Value> =
-        findings(scene, outcome).iter().map(|finding| result(scene, &uri, finding, &mut seen)).collect();
+    let results: Vec<Value> = findings(checked).iter().map(|finding| result(scene, &uri, finding, &mut seen)).collect();
     let notices: Vec<Value> = not_examined(scene, outcome).iter().map(|text| notice("warning", text)).collect();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
     let mut run = log(&results, &json!({ "executionSuccessful": true, "toolExecutionNotifications": notices }));
@@ -55,7 +54,7 @@ fn notice(level: &str, text: &str) -> Value {
 }
 
 fn result(scene: &Scene, uri: &str, finding: &Finding<'_>, seen: &mut BTreeMap<String, usize>) -> Value {
-    let Finding { rule, line, block, message, pair, time_s, at } = finding;
+    let Finding { rule, line, block, message, pair, time_s, at, .. } = finding;
     let parts: Vec<&str> =
         pair.iter().flat_map(|pair| [pair.a, pair.b]).map(|part| scene.parts[part].name.as_str()).collect();
     let mut region = json!({ "startLine": line });

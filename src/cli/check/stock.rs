@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// What is left of a workpiece.
 pub struct Left {
-    part: usize,
+    pub part: usize,
     /// Depth to which contact is not told from touching, mm.
     resolution_mm: f64,
     /// Measured only where the stock is divided anyway: its cells along cuts wait for questions.
