@@ -40,7 +40,7 @@ impl BoreSlab {
         let [low, high] = z;
         let is_within = |p: &Point| p.z > low + SAME_HEIGHT_MM && p.z < high - SAME_HEIGHT_MM;
         if places.iter().any(is_within) {
-            return Self { z, empty: [0.0; 2], filled: None };
+            return Self::unknown(z);
         }
         let spanning = faces.iter().map(|face| face.map(|corner| places[corner as usize])).filter(|corners| {
             let (least, most) =
@@ -60,6 +60,11 @@ impl BoreSlab {
             }
         }
         Self { z, empty: empty.map(|r| if r.is_finite() { r } else { 0.0 }), filled }
+    }
+
+    /// One of which nothing is known.
+    pub const fn unknown(z: [f64; 2]) -> Self {
+        Self { z, empty: [0.0; 2], filled: None }
     }
 
     /// Whether nothing is known to be filled.

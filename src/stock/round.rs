@@ -1,13 +1,15 @@
 //! A turning part as pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
 //!
-//! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
+//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. It is several of
+//! these where a circle between them is wholly outside the mesh, as between a hole saw and its pilot drill. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in a piece than the greatest difference of the two is in the swept body. Where the mesh does not hold the axis the piece has a bore ([`super::bore`]). Shells of a
+//! point deeper in a piece than the greatest difference of the two is in the swept body. Shells of a
 //! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
 use super::bore::{Bore, BoreSlab};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
+use crate::interference::revolved::nearest_to_axis;
 use crate::interference::{ROUND, Revolved};
 use crate::truth::Solid;
 use std::sync::Arc;
@@ -50,7 +52,7 @@ pub(super) struct Piece {
     span: [f64; 2],
 }
 
-/// The profile between two heights: radii at both from outside and from inside, mm.
+/// A disc or a ring of the profile between two heights: radii at both from outside and from inside, mm.
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     z: [f64; 2],
@@ -58,6 +60,8 @@ struct Slab {
     inner: [f64; 2],
     /// Where the axis is not in the mesh.
     bore: Option<BoreSlab>,
+    /// Rings around it between the same heights.
+    rank: usize,
 }
 
 impl Round {
@@ -228,6 +232,7 @@ fn shells(mesh: &Arc<Mesh>) -> Vec<Arc<Mesh>> {
 
 /// A closed surface that turns.
 struct Shell {
+    /// The outermost disc or ring at each height.
     slabs: Vec<Slab>,
     pieces: Vec<Piece>,
 }
@@ -237,17 +242,15 @@ impl Shell {
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
         let solid = Solid::new(Arc::clone(mesh));
         let part_from_body = body_from_part.inverse();
-        let mut slabs = slabs(&places, mesh.faces());
-        for slab in &mut slabs {
-            if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
-                slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
-            } else if stands {
-                // What stands is only there up to its nearest face, not up to its farthest edge.
-                slab.inner = BoreSlab::new(slab.z, &places, mesh.faces()).empty;
-            }
-        }
+        let holds = |p: &Point| solid.holds(&(part_from_body * p));
+        let upright = Upright { places: &places, faces: mesh.faces(), holds: &holds, stands };
+        let rings: Vec<Vec<Slab>> = slabs(&places, mesh.faces()).iter().map(|slab| upright.rings(slab)).collect();
+        let stack = |rank: usize| -> Vec<Slab> { rings.iter().map(|all| all[rank.min(all.len() - 1)]).collect() };
+        let mut slabs = stack(0);
         fill_grooves(&mut slabs, groove_mm);
-        Self { pieces: pieces(&slabs), slabs }
+        let most = rings.iter().map(Vec::len).max().unwrap_or(0);
+        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank));
+        Self { pieces: pieces(&slabs, 0).into_iter().chain(within).collect(), slabs }
     }
 
     /// Whether all that it sweeps is in what `other` sweeps for sure.
@@ -274,19 +277,109 @@ fn uncovered(mut shells: Vec<Shell>) -> Vec<Shell> {
     shells
 }
 
+/// Heights between two neighbouring ones at which the mesh is looked at, as parts of the way: near both ends, and between.
+const LOOKED_AT: [f64; 5] = [0.01, 0.25, 0.5, 0.75, 0.99];
+
+/// A mesh in the frame of its axis.
+struct Upright<'a> {
+    places: &'a [Point],
+    faces: &'a [[u32; 3]],
+    holds: &'a dyn Fn(&Point) -> bool,
+    stands: bool,
+}
+
+impl Upright<'_> {
+    /// A slab as the discs and rings that it is of, the outermost first; as one of which nothing is known where they are not the same at all its heights.
+    fn rings(&self, slab: &Slab) -> Vec<Slab> {
+        let [low, high] = slab.z;
+        let meets = |face: &&[u32; 3]| {
+            let heights = face.map(|corner| self.places[corner as usize].z);
+            heights.iter().any(|&z| z < high) && heights.iter().any(|&z| z > low)
+        };
+        let faces: Vec<[u32; 3]> = self.faces.iter().filter(meets).copied().collect();
+        let sections = LOOKED_AT.map(|part| self.section(&faces, low + part * (high - low)));
+        if sections.iter().all(|rings| rings.len() <= 1) {
+            return vec![self.bored(*slab, &faces, true)];
+        }
+        let is_between = |p: &Point| p.z > low + SAME_HEIGHT_MM && p.z < high - SAME_HEIGHT_MM;
+        let is_same = sections.iter().all(|rings| *rings == sections[0]);
+        if !is_same || self.places.iter().any(is_between) {
+            return vec![Slab { bore: Some(BoreSlab::unknown(slab.z)), ..*slab }];
+        }
+        let innermost = sections[0].len() - 1;
+        let ring = |(rank, faces): (usize, &Vec<[u32; 3]>)| {
+            let mut ring = Slab { rank, ..Slab::between(low, high) };
+            for (p, q) in faces.iter().flat_map(|face| edges(face, self.places)) {
+                ring.add(&p, &q);
+            }
+            self.bored(ring, faces, rank == innermost)
+        };
+        sections[0].iter().enumerate().map(ring).collect()
+    }
+
+    /// The faces that meet a height, in groups from the outermost inwards: the circles between two groups are outside the mesh.
+    fn section(&self, faces: &[[u32; 3]], z: f64) -> Vec<Vec<[u32; 3]>> {
+        let met = |face: &[u32; 3]| Some((radii_at(face.map(|corner| self.places[corner as usize]), z)?, *face));
+        let mut met: Vec<([f64; 2], [u32; 3])> = faces.iter().filter_map(met).collect();
+        met.sort_by(|([_, one], _), ([_, other], _)| other.total_cmp(one));
+        let (mut groups, mut nearest): (Vec<Vec<[u32; 3]>>, f64) = (Vec::new(), f64::INFINITY);
+        for ([near, far], face) in met {
+            // No surface is between the two: circles there are wholly inside or outside.
+            let is_gap = far < nearest - SAME_HEIGHT_MM;
+            match groups.last_mut() {
+                Some(group) if !is_gap || (self.holds)(&Point::new(f64::midpoint(far, nearest), 0.0, z)) => {
+                    group.push(face);
+                }
+                _ => groups.push(vec![face]),
+            }
+            nearest = nearest.min(near);
+        }
+        groups.iter_mut().for_each(|group| group.sort_unstable());
+        groups
+    }
+
+    /// A slab of these faces, with its bore; the innermost has none where it holds the axis.
+    fn bored(&self, slab: Slab, faces: &[[u32; 3]], is_innermost: bool) -> Slab {
+        let bore = || BoreSlab::new(slab.z, self.places, faces);
+        if !is_innermost || !slab.holds_axis(self.holds) {
+            Slab { bore: Some(bore()), ..slab }
+        } else if self.stands {
+            // What stands is only there up to its nearest face, not up to its farthest edge.
+            Slab { inner: bore().empty, ..slab }
+        } else {
+            slab
+        }
+    }
+}
+
+/// The least and the greatest distance from the axis of a triangle where it meets a height, mm.
+fn radii_at(corners: [Point; 3], z: f64) -> Option<[f64; 2]> {
+    let crossing = |k: usize| {
+        let (p, q) = (corners[k], corners[(k + 1) % 3]);
+        ((p.z < z) != (q.z < z)).then(|| p + (q - p) * ((z - p.z) / (q.z - p.z)))
+    };
+    let ends: Vec<Point> = (0..3).filter_map(crossing).collect();
+    let nearest = nearest_to_axis(&ends)?;
+    let far = ends.iter().map(|end| end.x.hypot(end.y)).fold(0.0, f64::max);
+    Some([nearest.x.hypot(nearest.y), far])
+}
+
+/// The edges of a face, none of them downwards.
+fn edges(face: &[u32; 3], places: &[Point]) -> [(Point, Point); 3] {
+    [0, 1, 2].map(|side| {
+        let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
+        // Each edge of a closed mesh runs once up and once down.
+        if p.z <= q.z { (p, q) } else { (q, p) }
+    })
+}
+
 fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
     let heights = heights(places);
-    let slab = |ends: &[f64]| Slab { z: [ends[0], ends[1]], outer: [0.0; 2], inner: [0.0; 2], bore: None };
-    let mut slabs: Vec<Slab> = heights.windows(2).map(slab).collect();
-    for face in faces {
-        for side in 0..3 {
-            let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
-            // Each edge of a closed mesh runs once up and once down.
-            let (p, q) = if p.z <= q.z { (p, q) } else { (q, p) };
-            let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
-            for slab in slabs[first..].iter_mut().take_while(|slab| slab.z[0] < q.z + SAME_HEIGHT_MM) {
-                slab.add(&p, &q);
-            }
+    let mut slabs: Vec<Slab> = heights.windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
+    for (p, q) in faces.iter().flat_map(|face| edges(face, places)) {
+        let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
+        for slab in slabs[first..].iter_mut().take_while(|slab| slab.z[0] < q.z + SAME_HEIGHT_MM) {
+            slab.add(&p, &q);
         }
     }
     slabs
@@ -309,10 +402,14 @@ fn heights(places: &[Point]) -> Vec<f64> {
 }
 
 impl Slab {
-    /// Whether the mesh holds the axis near both ends and in the middle.
+    const fn between(low: f64, high: f64) -> Self {
+        Self { z: [low, high], outer: [0.0; 2], inner: [0.0; 2], bore: None, rank: 0 }
+    }
+
+    /// Whether the mesh holds the axis near both ends and between.
     fn holds_axis(&self, holds: &dyn Fn(&Point) -> bool) -> bool {
         let [low, high] = self.z;
-        [0.05, 0.5, 0.95].iter().all(|part| {
+        LOOKED_AT.iter().all(|part| {
             // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
             let beside = 1e-4 * (self.outer[0] + part * (self.outer[1] - self.outer[0]));
             holds(&Point::new(0.7 * beside, 0.3 * beside, low + part * (high - low)))
@@ -390,14 +487,16 @@ fn fill_grooves(slabs: &mut [Slab], width_mm: f64) {
     }
 }
 
-/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
-fn pieces(slabs: &[Slab]) -> Vec<Piece> {
+/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them. Runs without a slab of
+/// this rank are left out.
+fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
     let joins = |k: usize| {
         let (below, above) = (&slabs[k], &slabs[k + 1]);
         (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && above.slope() <= below.slope() + NEARLY_STRAIGHT
     };
     let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
     let is_ring = |k: usize| kind(k) == Some(false);
+    let is_of_rank = |[first, last]: [usize; 2]| slabs[first..=last].iter().any(|slab| slab.rank == rank);
     let mut pieces = Vec::new();
     let mut first = 0;
     while first < slabs.len() {
@@ -415,10 +514,12 @@ fn pieces(slabs: &[Slab]) -> Vec<Piece> {
                 from -= 1;
             }
         }
-        let mut piece = piece(slabs, from, to);
-        let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
-        piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
-        pieces.push(piece);
+        if is_of_rank([first, last]) {
+            let mut piece = piece(slabs, from, to);
+            let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
+            piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
+            pieces.push(piece);
+        }
         first = last + 1;
     }
     pieces
@@ -469,6 +570,7 @@ fn reaches(slab: &Slab, at: usize, radius: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Triangle;
     use crate::geometry::shapes::outline::OutlinePoint;
     use crate::geometry::shapes::{Revolve, Shape, Tessellation};
     use obbtree::cases::meshes;
@@ -499,6 +601,24 @@ mod tests {
         round.pieces.iter().map(of).fold(f64::INFINITY, f64::min)
     }
 
+    /// The least and greatest distances from the axis of the triangles that cross a height.
+    fn sections(round: &Round, mesh: &Mesh, z: f64) -> Vec<[f64; 2]> {
+        let of = |triangle: &Triangle| {
+            let corners = triangle.corners.map(|corner| round.body_from_part * corner);
+            let crossing = |k: usize| {
+                let (q, r) = (corners[k], corners[(k + 1) % 3]);
+                ((q.z - z) * (r.z - z) < 0.0).then(|| q + (r - q) * ((z - q.z) / (r.z - q.z)))
+            };
+            let ends: Vec<Point> = (0..3).filter_map(crossing).collect();
+            let [q, r] = ends[..] else { return None };
+            let along = r - q;
+            let at = (-q.coords.dot(&along) + z * along.z) / along.norm_squared().max(1e-300);
+            let nearest = q + along * at.clamp(0.0, 1.0);
+            Some([nearest.x.hypot(nearest.y), q.x.hypot(q.y).max(r.x.hypot(r.y))])
+        };
+        mesh.triangles().iter().filter_map(of).collect()
+    }
+
     #[test]
     fn a_drill_is_one_piece_and_a_slot_cutter_two_that_overlap() {
         let drill = Round::new(&revolve(&[[0.0, -2.0], [5.0, 0.0], [5.0, 30.0], [0.0, 30.0]]), 0.0);
@@ -518,6 +638,52 @@ mod tests {
         let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]), 0.0);
         assert!(excess(&saw, 5.0, 15.0) > 2.9 && excess(&saw, 9.0, 15.0) < -0.9 && short_of(&saw, 5.0, 15.0) > 2.9);
         assert!(short_of(&saw, 9.0, 15.0) < -0.9, "{}", short_of(&saw, 9.0, 15.0));
+    }
+
+    /// A hole saw with a pilot drill.
+    const PILOTED: [[f64; 2]; 8] =
+        [[0.0, -8.0], [3.0, -6.0], [3.0, 30.0], [16.0, 30.0], [16.0, 0.0], [18.0, 0.0], [18.0, 34.0], [0.0, 34.0]];
+
+    #[test]
+    fn between_a_core_and_its_rings_nothing_is_cut() {
+        let brad =
+            [[0.0, -4.0], [2.0, -1.0], [2.0, 0.0], [11.0, 0.0], [11.0, -2.0], [12.0, -2.0], [12.0, 34.0], [0.0, 34.0]];
+        let slanted = [
+            [0.0, 0.0],
+            [40.0, 0.0],
+            [40.0, 30.0],
+            [35.0, 30.0],
+            [25.0, 20.0],
+            [20.0, 20.0],
+            [30.0, 30.0],
+            [0.0, 30.0],
+        ];
+        let two_walls = [
+            [0.0, 20.0],
+            [4.0, 20.0],
+            [4.0, 0.0],
+            [6.0, 0.0],
+            [6.0, 20.0],
+            [16.0, 20.0],
+            [16.0, 0.0],
+            [18.0, 0.0],
+            [18.0, 24.0],
+            [0.0, 24.0],
+        ];
+        for (profile, out, within) in [
+            (&PILOTED[..], [10.0, 15.0], vec![[2.0, 15.0], [17.0, 15.0], [1.0, 0.0], [1.0, 30.0], [10.0, 32.0]]),
+            (&brad[..], [7.0, -1.5], vec![[0.5, -1.5], [11.5, -1.0], [7.0, 1.0]]),
+            (&slanted[..], [27.5, 25.0], vec![[24.0, 27.0], [37.0, 25.0], [25.0, 10.0]]),
+            (&two_walls[..], [10.0, 10.0], vec![[5.0, 10.0], [17.0, 10.0], [10.0, 22.0]]),
+        ] {
+            let round = Round::new(&revolve(profile), 0.0);
+            let [rho, z] = out;
+            assert!(short_of(&round, rho, z) > 1.0 && excess(&round, rho, z) > 1.0, "{profile:?}");
+            for [rho, z] in within {
+                assert!(short_of(&round, rho, z) < -0.3, "{profile:?} {rho} {z}: {}", short_of(&round, rho, z));
+                assert!(excess(&round, rho, z) < -0.3, "{profile:?} {rho} {z}");
+            }
+        }
     }
 
     #[test]
@@ -614,50 +780,31 @@ mod tests {
         /// Of any solid: its points are in the pieces, and what is deep enough in them is swept by its turning.
         #[test]
         fn the_mesh_is_within_and_depth_is_swept(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
-            let subjects = meshes::subjects();
-            let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
+            let solids = meshes::subjects().into_iter().map(|subject| Arc::new(subject.mesh));
+            let solids: Vec<Arc<Mesh>> = solids.chain([revolve(&PILOTED)]).collect();
+            let mesh = &solids[which % solids.len()];
             prop_assume!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
-            let round = Round::new(&mesh, 0.0);
+            let round = Round::new(mesh, 0.0);
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let [a, b, c] = mesh.triangles()[face % mesh.faces().len()].corners;
             let p = round.body_from_part * (a + (b - a) * u + (c - a) * v);
             prop_assert!(excess(&round, p.x.hypot(p.y), p.z) <= 1e-6);
             // A height through the mesh: its largest radius there, found by cutting every triangle.
-            let radius = mesh.triangles().iter().flat_map(|t| {
-                let corners = t.corners.map(|corner| round.body_from_part * corner);
-                (0..3).filter_map(move |k| {
-                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
-                    let crosses = (q.z - p.z) * (r.z - p.z) < 0.0;
-                    crosses.then(|| {
-                        let at = q + (r - q) * ((p.z - q.z) / (r.z - q.z));
-                        at.x.hypot(at.y)
-                    })
-                })
-            }).fold(0.0, f64::max);
+            let sections = sections(&round, mesh, p.z);
+            let radius = sections.iter().fold(0.0, |most: f64, [_, far]| most.max(*far));
             for part in 0..20 {
                 let rho = radius * (1.0 + f64::from(part) / 10.0);
                 if rho > radius + 1e-6 {
                     prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} > {radius} at {}", p.z);
                 }
             }
-            // Nearer to the axis than everything, where the axis is not in the mesh.
-            let least = mesh.triangles().iter().filter_map(|t| {
-                let corners = t.corners.map(|corner| round.body_from_part * corner);
-                let crossing: Vec<Point> = (0..3).filter_map(|k| {
-                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
-                    ((q.z - p.z) * (r.z - p.z) < 0.0).then(|| q + (r - q) * ((p.z - q.z) / (r.z - q.z)))
-                }).collect();
-                let [q, r] = crossing[..] else { return None };
-                let along = r - q;
-                let at = (-q.coords.dot(&along) + p.z * along.z) / along.norm_squared().max(1e-300);
-                let nearest = q + along * at.clamp(0.0, 1.0);
-                Some(nearest.x.hypot(nearest.y))
-            }).fold(f64::INFINITY, f64::min);
-            let axis = round.body_from_part.inverse() * Point::new(1e-7, 2e-7, p.z);
-            if least.is_finite() && !Solid::new(Arc::clone(&mesh)).holds(&axis) {
-                for part in 0..10 {
-                    let rho = least * f64::from(part) / 10.0;
-                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} < {least} at {}", p.z);
+            // Between what crosses the height, and within all of it, a circle is inside or outside.
+            let (solid, part_from_body) = (Solid::new(Arc::clone(mesh)), round.body_from_part.inverse());
+            for part in 0..40 {
+                let rho = radius * (f64::from(part) + 1e-3) / 40.0;
+                let is_met = sections.iter().any(|[near, far]| (near - 1e-6..=far + 1e-6).contains(&rho));
+                if !is_met && !solid.holds(&(part_from_body * Point::new(0.8 * rho, 0.6 * rho, p.z))) {
+                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} at {}", p.z);
                 }
             }
         }
