@@ -3,10 +3,10 @@
 //! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. It is several of
 //! these where a circle between them is wholly outside the mesh, as between a hole saw and its pilot drill. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in a piece than the greatest difference of the two is in the swept body. Shells of a
+//! point of a piece that is nearer to the axis than its outline by more than the greatest difference of the two is in the swept body. Shells of a
 //! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
-use super::bore::{Bore, BoreSlab};
+use super::bore::{Bore, BoreSlab, upper_envelope};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
 use crate::interference::revolved::nearest_to_axis;
@@ -28,7 +28,7 @@ const NEARLY_STRAIGHT: f64 = 1e-6;
 pub(super) struct Round {
     /// Their union holds the body.
     pub pieces: Vec<Piece>,
-    /// How deep a point must be in the body to be in the part for sure, mm, where that is known.
+    /// The greatest slack of its pieces, mm, where that is known.
     pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
@@ -45,7 +45,7 @@ pub(super) struct Piece {
     pub convex: Convex,
     /// What is hollow of it.
     pub bore: Option<Bore>,
-    /// How deep a point must be in the piece to be in the body for sure, mm; infinite where no point is.
+    /// How much nearer to the axis than the piece's outline a point must be to be in the body for sure, mm; infinite where no point is. Its ends are where they are.
     pub slack_mm: f64,
     /// Largest radius, and lowest and highest z, mm.
     radius: f64,
@@ -176,7 +176,10 @@ impl Piece {
         let Some(bore) = &self.bore else {
             let cube = Cube { inside: cube.inside - self.slack_mm, ..*cube };
             let mut found = self.convex.lowest(q, travel, &cube);
-            found.least.high += self.slack_mm;
+            if self.slack_mm > 0.0 {
+                let p = q - travel * found.at;
+                found.least.high = self.short_of(rho(&p), p.z);
+            }
             return found;
         };
         // Where the convex piece is deepest the bore may be.
@@ -191,10 +194,29 @@ impl Piece {
         let middle = [bore.middle_mm, f64::midpoint(self.span[0], self.span[1])];
         let highs = places(q, travel, found.at, middle).map(|at| {
             let p = q - travel * at;
-            self.convex.excess(rho(&p), p.z).max(bore.short_of(&p))
+            self.short_of(rho(&p), p.z).max(bore.short_of(&p))
         });
-        found.least.high = highs.fold(f64::INFINITY, f64::min) + self.slack_mm;
+        found.least.high = highs.fold(f64::INFINITY, f64::min);
         found
+    }
+
+    /// How far (ρ, z) is from what is in the body for sure if it has no bore, mm; negative inside.
+    pub fn short_of(&self, rho: f64, z: f64) -> f64 {
+        let nowhere = if self.slack_mm.is_finite() { f64::NEG_INFINITY } else { f64::INFINITY };
+        let of = |plane: &HalfPlane| {
+            let slack = if plane.a > 0.0 { self.slack_mm } else { 0.0 };
+            plane.a * rho + plane.b * z - plane.c + slack
+        };
+        self.convex.planes.iter().map(of).fold(nowhere, f64::max)
+    }
+
+    /// What is in the body for sure, as a piece.
+    fn for_sure(mut self) -> Self {
+        for plane in self.convex.planes.iter_mut().filter(|plane| plane.a > 0.0) {
+            plane.c -= self.slack_mm;
+        }
+        self.slack_mm = 0.0;
+        self
     }
 }
 
@@ -257,7 +279,7 @@ impl Shell {
     fn is_within(&self, other: &Self) -> bool {
         let solid = || other.pieces.iter().filter(|piece| piece.bore.is_none());
         self.slabs.iter().all(|Slab { z, outer, .. }| {
-            let holds = |piece: &Piece, rho: f64, z: f64| piece.convex.excess(rho, z) + piece.slack_mm <= 0.0;
+            let holds = |piece: &Piece, rho: f64, z: f64| piece.short_of(rho, z) <= 0.0;
             solid().any(|piece| (0..2).all(|k| holds(piece, outer[k], z[k]) && holds(piece, 0.0, z[k])))
         })
     }
@@ -310,7 +332,7 @@ impl Upright<'_> {
         let ring = |(rank, faces): (usize, &Vec<[u32; 3]>)| {
             let mut ring = Slab { rank, ..Slab::between(low, high) };
             for (p, q) in faces.iter().flat_map(|face| edges(face, self.places)) {
-                ring.add(&p, &q);
+                ring.add(&p, &q, &mut [0.0; PARTS]);
             }
             self.bored(ring, faces, rank == innermost)
         };
@@ -373,15 +395,21 @@ fn edges(face: &[u32; 3], places: &[Point]) -> [(Point, Point); 3] {
     })
 }
 
+/// Parts of a slab for which edges that end in it are taken one by one.
+const PARTS: usize = 16;
+
 fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
     let heights = heights(places);
     let mut slabs: Vec<Slab> = heights.windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
+    let mut least = vec![[0.0; PARTS]; slabs.len()];
     for (p, q) in faces.iter().flat_map(|face| edges(face, places)) {
         let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
-        for slab in slabs[first..].iter_mut().take_while(|slab| slab.z[0] < q.z + SAME_HEIGHT_MM) {
-            slab.add(&p, &q);
+        let met = slabs[first..].iter_mut().zip(&mut least[first..]);
+        for (slab, least) in met.take_while(|(slab, _)| slab.z[0] < q.z + SAME_HEIGHT_MM) {
+            slab.add(&p, &q, least);
         }
     }
+    slabs.iter_mut().zip(&least).for_each(|(slab, least)| slab.raise(least));
     slabs
 }
 
@@ -420,23 +448,22 @@ impl Slab {
         (self.outer[1] - self.outer[0]) / (self.z[1] - self.z[0])
     }
 
-    /// How much the mesh may fall short of the outer radius, mm; infinite where nothing is known.
-    fn missing(&self) -> f64 {
+    /// How much the mesh may fall short of radii that are linear in it, mm; infinite where nothing is known.
+    fn missing(&self, radius: &dyn Fn(f64) -> f64) -> f64 {
         if self.bore.is_some_and(|bore| bore.is_vague()) {
             return f64::INFINITY;
         }
-        (self.outer[0] - self.inner[0]).max(self.outer[1] - self.inner[1])
+        (radius(self.z[0]) - self.inner[0]).max(radius(self.z[1]) - self.inner[1])
     }
 
-    /// Widens the radii by an edge, `p` not above `q`.
-    fn add(&mut self, p: &Point, q: &Point) {
+    /// Widens the radii by an edge, `p` not above `q`. One that ends in the slab goes into the `least` radius of each part that it spans.
+    fn add(&mut self, p: &Point, q: &Point, least: &mut [f64; PARTS]) {
         let [low, high] = self.z;
         if q.z < low - SAME_HEIGHT_MM || p.z > high + SAME_HEIGHT_MM || q.z - p.z <= SAME_HEIGHT_MM {
             return;
         }
-        let point = |z: f64| p + (q - p) * ((z - p.z) / (q.z - p.z)).clamp(0.0, 1.0);
         let radius = |z: f64| {
-            let at = point(z);
+            let at = p + (q - p) * ((z - p.z) / (q.z - p.z)).clamp(0.0, 1.0);
             at.x.hypot(at.y)
         };
         let spans = p.z <= low + SAME_HEIGHT_MM && q.z >= high - SAME_HEIGHT_MM;
@@ -447,21 +474,54 @@ impl Slab {
             }
             let most = radius(low.max(p.z)).max(radius(high.min(q.z)));
             self.outer = self.outer.map(|r| r.max(most));
+            for (k, least) in least.iter_mut().enumerate() {
+                let ends = [self.border(k), self.border(k + 1)];
+                if p.z <= ends[0] && q.z >= ends[1] {
+                    let [below, above] = tangent(p, q, ends);
+                    *least = least.max(below.min(above));
+                }
+            }
             return;
         }
         self.outer = [self.outer[0].max(radius(low)), self.outer[1].max(radius(high))];
-        // The tangent in the middle.
-        let (middle, rise) = (f64::midpoint(low, high), high - low);
-        let at = point(middle);
-        let rho = at.x.hypot(at.y);
-        let along = (q - p) / (q.z - p.z);
-        let slope = if rho > 0.0 { (at.x * along.x + at.y * along.y) / rho } else { 0.0 };
-        let tangent = [rho - 0.5 * slope * rise, rho + 0.5 * slope * rise];
+        let tangent = tangent(p, q, self.z);
         // Of two edges that one counts which is farther out in the middle: a mixture would not be below the radius.
         if tangent[0] + tangent[1] > self.inner[0] + self.inner[1] {
             self.inner = tangent;
         }
     }
+
+    /// Height at which part `k` of [`PARTS`] begins.
+    fn border(&self, k: usize) -> f64 {
+        let [low, high] = self.z;
+        if k == PARTS { high } else { low + (high - low) * (k as f64 / PARTS as f64) }
+    }
+
+    /// Raises the radius from inside to the least of all parts, each with the edge that is farthest out, where that is more than one edge says.
+    fn raise(&mut self, least: &[f64; PARTS]) {
+        let [below, above] = self.inner;
+        let of_one = |k: usize| below + (above - below) * (k as f64 / PARTS as f64);
+        let parts = least.iter().enumerate().map(|(k, least)| least.max(of_one(k).min(of_one(k + 1))));
+        let level = parts.fold(f64::INFINITY, f64::min);
+        if 2.0 * level > below + above {
+            self.inner = [level; 2];
+        }
+    }
+
+    /// Whether it is solid, and fills a radius for sure.
+    fn reaches(&self, radius: f64) -> bool {
+        self.bore.is_none() && self.inner.iter().all(|&inner| inner >= radius)
+    }
+}
+
+/// The distance from the axis of the tangent in the middle of a part of an edge, at both ends of the part, mm; the edge is nowhere nearer to the axis. `p` is below `q`.
+fn tangent(p: &Point, q: &Point, [low, high]: [f64; 2]) -> [f64; 2] {
+    let along = (q - p) / (q.z - p.z);
+    let at = p + along * (f64::midpoint(low, high) - p.z);
+    let rho = at.x.hypot(at.y);
+    let slope = if rho > 0.0 { (at.x * along.x + at.y * along.y) / rho } else { 0.0 };
+    let rise = 0.5 * slope * (high - low);
+    [rho - rise, rho + rise]
 }
 
 /// Fills what is between two heights with less radius than at both, as far as they are at most `width_mm` apart.
@@ -497,7 +557,7 @@ fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
     let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
     let is_ring = |k: usize| kind(k) == Some(false);
     let is_of_rank = |[first, last]: [usize; 2]| slabs[first..=last].iter().any(|slab| slab.rank == rank);
-    let mut pieces = Vec::new();
+    let (mut pieces, mut solid) = (Vec::new(), Vec::new());
     let mut first = 0;
     while first < slabs.len() {
         let mut last = first;
@@ -514,6 +574,9 @@ fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
                 from -= 1;
             }
         }
+        if kind(first).is_none() {
+            solid.push([first, last]);
+        }
         if is_of_rank([first, last]) {
             let mut piece = piece(slabs, from, to);
             let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
@@ -522,49 +585,66 @@ fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
         }
         first = last + 1;
     }
-    pieces
+    let joined = joined(slabs, &solid).into_iter().filter(|&run| is_of_rank(run));
+    // What decides for the most cells comes first.
+    joined.map(|[first, last]| piece(slabs, first, last).for_sure()).chain(pieces).collect()
+}
+
+/// By how much a mesh may fall short of the outline of runs that are joined, mm: a fifth of the standard resolution where that is enough.
+const JOINED_MM: [f64; 3] = [0.02, 0.1, 0.5];
+
+/// Runs that are one convex outline to within such a length, joined. Between irregular heights pieces are thinner than a cell of the stock: none holds one.
+fn joined(slabs: &[Slab], runs: &[[usize; 2]]) -> Vec<[usize; 2]> {
+    let mut all: Vec<[usize; 2]> = Vec::new();
+    for limit_mm in JOINED_MM {
+        let mut runs = runs.iter().copied().peekable();
+        while let Some([first, end]) = runs.next() {
+            let mut last = end;
+            let is_next = |[next, end]: &[usize; 2], last: usize| {
+                *next == last + 1 && piece(slabs, first, *end).slack_mm <= limit_mm
+            };
+            while let Some([_, end]) = runs.next_if(|run| is_next(run, last)) {
+                last = end;
+            }
+            if last > end && !all.contains(&[first, last]) {
+                all.push([first, last]);
+            }
+        }
+    }
+    all
 }
 
 /// The slabs from one to another as one convex piece.
 fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
     let run = &slabs[first..=last];
-    let (bottom, top) = (&run[0], &run[run.len() - 1]);
+    let corners: Vec<[f64; 2]> = run.iter().flat_map(|slab| [0, 1].map(|k| [slab.outer[k], slab.z[k]])).collect();
+    let hull = upper_envelope(&corners);
+    let [bottom, top] = [hull[0][0], hull[hull.len() - 1][0]];
+    let lines: Vec<HalfPlane> = hull.windows(2).filter_map(|pair| HalfPlane::below_line(pair[0], pair[1])).collect();
     // Outwards the radius goes on as it does, but never grows.
-    let below = first.checked_sub(1).map(|k| &slabs[k]).filter(|next| reaches(next, 1, bottom.outer[0]));
-    let above = slabs.get(last + 1).filter(|next| reaches(next, 0, top.outer[1]));
-    let low = below.map_or(bottom.z[0], |next| next.z[0]);
-    let high = above.map_or(top.z[1], |next| next.z[1]);
+    let below = slabs[..first].iter().rev().take_while(|slab| slab.reaches(bottom)).last();
+    let above = slabs[last + 1..].iter().take_while(|slab| slab.reaches(top)).last();
+    let low = below.map_or(run[0].z[0], |slab| slab.z[0]);
+    let high = above.map_or(run[run.len() - 1].z[1], |slab| slab.z[1]);
     let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
     let upright = |r: f64| HalfPlane { a: 1.0, b: 0.0, c: r };
-    if below.is_some() && bottom.slope() < 0.0 {
-        planes.push(upright(bottom.outer[0]));
+    if below.is_some() && lines.first().is_some_and(|line| line.b > 0.0) {
+        planes.push(upright(bottom));
     }
-    if above.is_some() && top.slope() > 0.0 {
-        planes.push(upright(top.outer[1]));
+    if above.is_some() && lines.last().is_some_and(|line| line.b < 0.0) {
+        planes.push(upright(top));
     }
-    for slab in run {
-        let line = HalfPlane::below_line([slab.outer[0], slab.z[0]], [slab.outer[1], slab.z[1]]);
-        let is_new = |line: &HalfPlane| {
-            planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT)
-        };
-        planes.extend(line.filter(is_new));
+    for line in lines {
+        let is_new = planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT);
+        if is_new {
+            planes.push(line);
+        }
     }
-    // Corners that turn a little to the hollow side are beyond their neighbours' lines.
-    let mut beyond: f64 = 0.0;
-    for HalfPlane { a, b, c } in &mut planes[2..] {
-        let corners = run.iter().flat_map(|slab| [0, 1].map(|k| *a * slab.outer[k] + *b * slab.z[k]));
-        let most = corners.fold(*c, f64::max);
-        beyond = beyond.max(most - *c);
-        *c = most;
-    }
+    let radius_at =
+        |z: f64| planes[2..].iter().map(|line| (line.c - line.b * z) / line.a).fold(f64::INFINITY, f64::min);
+    let slack_mm = run.iter().map(|slab| slab.missing(&radius_at)).fold(0.0, f64::max);
     let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
-    let slack_mm = beyond + run.iter().map(Slab::missing).fold(0.0, f64::max);
     Piece { convex: Convex { planes }, bore: None, slack_mm, radius, span: [low, high] }
-}
-
-/// Whether a slab is solid and nowhere thinner than `radius`, its end `at` being the near one.
-fn reaches(slab: &Slab, at: usize, radius: f64) -> bool {
-    slab.bore.is_none() && slab.outer[at] > radius + SAME_HEIGHT_MM && slab.outer[1 - at] >= radius
 }
 
 #[cfg(test)]
@@ -596,7 +676,7 @@ mod tests {
         let p = Vector::new(rho, 0.0, z);
         let of = |piece: &Piece| {
             let bore = piece.bore.as_ref().map_or(f64::NEG_INFINITY, |bore| bore.short_of(&p));
-            piece.convex.excess(rho, z).max(bore) + piece.slack_mm
+            piece.short_of(rho, z).max(bore)
         };
         round.pieces.iter().map(of).fold(f64::INFINITY, f64::min)
     }
@@ -682,6 +762,45 @@ mod tests {
             for [rho, z] in within {
                 assert!(short_of(&round, rho, z) < -0.3, "{profile:?} {rho} {z}: {}", short_of(&round, rho, z));
                 assert!(excess(&round, rho, z) < -0.3, "{profile:?} {rho} {z}");
+            }
+        }
+    }
+
+    /// A prism that turns once about itself over 40 mm; its corners are 5 mm from the axis, and each is moved along it.
+    fn helix(steps: u32, sides: u32, moved_mm: f64) -> Arc<Mesh> {
+        let corner = |step: u32, side: u32| {
+            let moved =
+                if (1..steps).contains(&step) { (7.0 * f64::from(side) + 0.9 * f64::from(step)).sin() } else { 0.0 };
+            let z = 40.0 * f64::from(step) / f64::from(steps) + moved_mm * moved;
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(side) / f64::from(sides) + z / 40.0)).sin_cos();
+            Point::new(5.0 * cos, 5.0 * sin, z)
+        };
+        let all = (0..=steps).flat_map(|step| (0..sides).map(move |side| corner(step, side)));
+        let vertices: Vec<Point> = all.chain([Point::origin(), Point::new(0.0, 0.0, 40.0)]).collect();
+        let (bottom, top) = ((steps + 1) * sides, (steps + 1) * sides + 1);
+        let around = |side: u32| {
+            let next = (side + 1) % sides;
+            let walls = (0..steps).flat_map(move |step| {
+                let [a, b] = [side, next].map(|side| step * sides + side);
+                [[a, b, b + sides], [a, b + sides, a + sides]]
+            });
+            walls.chain([[bottom, next, side], [top, steps * sides + side, steps * sides + next]])
+        };
+        Arc::new(Mesh::new(vertices, (0..sides).flat_map(around).collect()).unwrap())
+    }
+
+    #[test]
+    fn a_helix_with_irregular_heights_is_known_all_along() {
+        // Up to 400 heights, and more: then some slabs hold whole rows of corners.
+        for (steps, sides, moved_mm) in [(30, 12, 0.1), (40, 24, 0.1), (80, 36, 0.1), (160, 36, 0.03)] {
+            let mesh = helix(steps, sides, moved_mm);
+            assert!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
+            let round = Round::new(&mesh, 0.0);
+            for z in (4..156).map(|k| 0.25 * f64::from(k) + 0.01) {
+                let short = short_of(&round, 4.9, z);
+                assert!(short < 0.0, "{steps} {sides}: {short} at {z}");
+                let radius = sections(&round, &mesh, z).into_iter().fold(0.0, |most: f64, [_, far]| most.max(far));
+                assert!(short_of(&round, radius + 1e-9, z) >= 0.0, "{steps} {sides}: at {z}");
             }
         }
     }
@@ -781,7 +900,7 @@ mod tests {
         #[test]
         fn the_mesh_is_within_and_depth_is_swept(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
             let solids = meshes::subjects().into_iter().map(|subject| Arc::new(subject.mesh));
-            let solids: Vec<Arc<Mesh>> = solids.chain([revolve(&PILOTED)]).collect();
+            let solids: Vec<Arc<Mesh>> = solids.chain([revolve(&PILOTED), helix(20, 8, 0.5)]).collect();
             let mesh = &solids[which % solids.len()];
             prop_assume!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
             let round = Round::new(mesh, 0.0);
