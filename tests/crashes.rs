@@ -192,6 +192,16 @@ const CRASHES: &[Crash] = &[
         "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S1500 G43 H2 G0 Z5\nG1 Z-20 F150\nG0 Z5\nG0 Z-25\nG0 Z100\nM2",
         &[(6, RAPID, "block:drill")],
     ),
+    Crash {
+        machine: "mill",
+        fault: "rapid into the slug that a hole saw has left around its pilot drill",
+        change: Some((
+            "shape = { kind = \"cylinder\", radius_mm = 4, height_mm = 90 }",
+            "shape = { kind = \"revolve\", profile_mm = [[0, 0], [3, 2], [3, 38], [16, 38], [16, 8], [18, 8], [18, 42], [6, 42], [6, 90], [0, 90]] }",
+        )),
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S300 G43 H2 G0 Z5\nG1 Z-14 F50\nG0 Z100\nT1 M6\nM3 S3000 G43 H1 G0 Z50\nG0 X10\nG0 Z-5\nG0 Z50\nM2",
+        told: &[(9, RAPID, "block:end-mill")],
+    },
     crash(
         "mill",
         "holder meets the wall that a slot has left",

@@ -168,7 +168,7 @@ pub struct Outcome {
     pub as_drawn: Vec<usize>,
     /// Cutters, and their holders, that either the tool's spindle or a drive of their own may turn. What only one of the two would cut or meet is unresolved.
     pub unsure: Vec<usize>,
-    /// Cutters that are taken as driven on a lathe, because they are round and feed beside the workpiece's axis.
+    /// Cutters that are taken as driven on a lathe, because they are round and feed beside the workpiece's axis, or because the program turns that between their feeds.
     pub driven: Vec<usize>,
     /// Parts that stay within the resolution of what is left of a workpiece, so that nobody knows whether they touch it; once for each pair.
     pub touches: Vec<Touch>,

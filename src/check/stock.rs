@@ -293,6 +293,9 @@ impl<'a> Examined<'a, '_> {
             let turning = Turning::new(self.scene, self.path, axis, false, part, &body);
             (!turning.is_driven(self.scene, self.path, axis, part, &body)).then_some(turning)
         });
+        // One that is not round is only taken as driven because the program turns the workpiece between its feeds: it may as well stand.
+        let may_stand = axis.is_some() && turning.is_none() && turns.is_none() && body.axis().is_none();
+        let body = if may_stand { body.vague() } else { body };
         Other { turning, stands, ..self.standing(pair, body, None) }
     }
 

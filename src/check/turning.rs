@@ -3,7 +3,7 @@
 //! On a machine with a lathe's controller a cutter is held against the stock as its section through the workpiece's axis: the nearest joint that turns the
 //! workpiece, or the axis of a round workpiece that no joint turns. A cutter is driven, and cuts as on a mill, where that axis turns it as the program says between two of its
 //! feeds, and where it is round and ever feeds otherwise than on that axis. A round insert is taken for one, which takes away less than it does, unless `turns` of the
-//! part says that it stands.
+//! part says that it stands. One that is not round may stand all the same: it takes nothing away for sure, unless `turns` says that it is driven.
 
 use super::motion::Path;
 use super::stock::mount;

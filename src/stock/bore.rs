@@ -40,7 +40,7 @@ impl BoreSlab {
         let [low, high] = z;
         let is_within = |p: &Point| p.z > low + SAME_HEIGHT_MM && p.z < high - SAME_HEIGHT_MM;
         if places.iter().any(is_within) {
-            return Self { z, empty: [0.0; 2], filled: None };
+            return Self::unknown(z);
         }
         let spanning = faces.iter().map(|face| face.map(|corner| places[corner as usize])).filter(|corners| {
             let (least, most) =
@@ -60,6 +60,11 @@ impl BoreSlab {
             }
         }
         Self { z, empty: empty.map(|r| if r.is_finite() { r } else { 0.0 }), filled }
+    }
+
+    /// One of which nothing is known.
+    pub const fn unknown(z: [f64; 2]) -> Self {
+        Self { z, empty: [0.0; 2], filled: None }
     }
 
     /// Whether nothing is known to be filled.
@@ -102,8 +107,7 @@ impl Bore {
         let inside = corners(&|i| slabs[i].empty);
         let outside = corners(&|i| filled[i]);
         let filled_together: Vec<HalfPlane> = outside.iter().filter_map(|pair| line(pair)).collect();
-        let mirrored: Vec<[f64; 2]> = outside.as_flattened().iter().map(|&[r, z]| [-r, z]).collect();
-        let hull: Vec<[f64; 2]> = envelope(&mirrored).into_iter().map(|[r, z]| [-r, z]).collect();
+        let hull = upper_envelope(outside.as_flattened());
         let most = filled.iter().flatten().fold(0.0, |most: f64, &r| most.max(r));
         let least = outer.iter().flatten().fold(f64::INFINITY, |least: f64, &r| least.min(r));
         Some(Self {
@@ -156,6 +160,12 @@ fn envelope(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         }
     }
     hull
+}
+
+/// The upper envelope, concave in z, of points (ρ, z) in the order of z.
+pub(super) fn upper_envelope(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mirrored: Vec<[f64; 2]> = points.iter().map(|&[r, z]| [-r, z]).collect();
+    envelope(&mirrored).into_iter().map(|[r, z]| [-r, z]).collect()
 }
 
 #[cfg(test)]

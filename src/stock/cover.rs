@@ -97,14 +97,14 @@ impl Sweep {
                 let Some((piece, found)) = nearest.filter(|(_, found)| found.least.high.is_finite()) else {
                     return f64::INFINITY;
                 };
-                let (there, slack) = (q - travel * found.at, self.pad + piece.slack_mm + course.bend() * radius);
+                let (there, slack) = (q - travel * found.at, self.pad + course.bend() * radius);
                 // The greatest value is not below the centre's.
                 if tangents.below(&Vector::zeros(), found.least.high + self.pad) >= than_mm {
                     return f64::INFINITY;
                 }
                 let excess = |offset: &Vector| {
                     let p = there + axes[0] * offset.x + axes[1] * offset.y + axes[2] * offset.z;
-                    piece.convex.excess(rho(&p), p.z) + slack
+                    piece.short_of(rho(&p), p.z) + slack
                 };
                 greatest(corners(half), tangents, excess)
             }

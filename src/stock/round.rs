@@ -1,13 +1,15 @@
 //! A turning part as pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
 //!
-//! A spindle turns the mesh, so what it sweeps at a height is all within the mesh's largest radius there, where the mesh holds the axis. Between two heights at which vertices
+//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. It is several of
+//! these where a circle between them is wholly outside the mesh, as between a hole saw and its pilot drill. Between two heights at which vertices
 //! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point deeper in a piece than the greatest difference of the two is in the swept body. Where the mesh does not hold the axis the piece has a bore ([`super::bore`]). Shells of a
+//! point of a piece that is nearer to the axis than its outline by more than the greatest difference of the two is in the swept body. Shells of a
 //! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
-use super::bore::{Bore, BoreSlab};
+use super::bore::{Bore, BoreSlab, upper_envelope};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
+use crate::interference::revolved::nearest_to_axis;
 use crate::interference::{ROUND, Revolved};
 use crate::truth::Solid;
 use std::sync::Arc;
@@ -26,7 +28,7 @@ const NEARLY_STRAIGHT: f64 = 1e-6;
 pub(super) struct Round {
     /// Their union holds the body.
     pub pieces: Vec<Piece>,
-    /// How deep a point must be in the body to be in the part for sure, mm, where that is known.
+    /// The greatest slack of its pieces, mm, where that is known.
     pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
@@ -43,14 +45,14 @@ pub(super) struct Piece {
     pub convex: Convex,
     /// What is hollow of it.
     pub bore: Option<Bore>,
-    /// How deep a point must be in the piece to be in the body for sure, mm; infinite where no point is.
+    /// How much nearer to the axis than the piece's outline a point must be to be in the body for sure, mm; infinite where no point is. Its ends are where they are.
     pub slack_mm: f64,
     /// Largest radius, and lowest and highest z, mm.
     radius: f64,
     span: [f64; 2],
 }
 
-/// The profile between two heights: radii at both from outside and from inside, mm.
+/// A disc or a ring of the profile between two heights: radii at both from outside and from inside, mm.
 #[derive(Clone, Copy, Debug)]
 struct Slab {
     z: [f64; 2],
@@ -58,6 +60,8 @@ struct Slab {
     inner: [f64; 2],
     /// Where the axis is not in the mesh.
     bore: Option<BoreSlab>,
+    /// Rings around it between the same heights.
+    rank: usize,
 }
 
 impl Round {
@@ -172,7 +176,10 @@ impl Piece {
         let Some(bore) = &self.bore else {
             let cube = Cube { inside: cube.inside - self.slack_mm, ..*cube };
             let mut found = self.convex.lowest(q, travel, &cube);
-            found.least.high += self.slack_mm;
+            if self.slack_mm > 0.0 {
+                let p = q - travel * found.at;
+                found.least.high = self.short_of(rho(&p), p.z);
+            }
             return found;
         };
         // Where the convex piece is deepest the bore may be.
@@ -187,10 +194,29 @@ impl Piece {
         let middle = [bore.middle_mm, f64::midpoint(self.span[0], self.span[1])];
         let highs = places(q, travel, found.at, middle).map(|at| {
             let p = q - travel * at;
-            self.convex.excess(rho(&p), p.z).max(bore.short_of(&p))
+            self.short_of(rho(&p), p.z).max(bore.short_of(&p))
         });
-        found.least.high = highs.fold(f64::INFINITY, f64::min) + self.slack_mm;
+        found.least.high = highs.fold(f64::INFINITY, f64::min);
         found
+    }
+
+    /// How far (ρ, z) is from what is in the body for sure if it has no bore, mm; negative inside.
+    pub fn short_of(&self, rho: f64, z: f64) -> f64 {
+        let nowhere = if self.slack_mm.is_finite() { f64::NEG_INFINITY } else { f64::INFINITY };
+        let of = |plane: &HalfPlane| {
+            let slack = if plane.a > 0.0 { self.slack_mm } else { 0.0 };
+            plane.a * rho + plane.b * z - plane.c + slack
+        };
+        self.convex.planes.iter().map(of).fold(nowhere, f64::max)
+    }
+
+    /// What is in the body for sure, as a piece.
+    fn for_sure(mut self) -> Self {
+        for plane in self.convex.planes.iter_mut().filter(|plane| plane.a > 0.0) {
+            plane.c -= self.slack_mm;
+        }
+        self.slack_mm = 0.0;
+        self
     }
 }
 
@@ -228,6 +254,7 @@ fn shells(mesh: &Arc<Mesh>) -> Vec<Arc<Mesh>> {
 
 /// A closed surface that turns.
 struct Shell {
+    /// The outermost disc or ring at each height.
     slabs: Vec<Slab>,
     pieces: Vec<Piece>,
 }
@@ -237,24 +264,22 @@ impl Shell {
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
         let solid = Solid::new(Arc::clone(mesh));
         let part_from_body = body_from_part.inverse();
-        let mut slabs = slabs(&places, mesh.faces());
-        for slab in &mut slabs {
-            if !slab.holds_axis(&|p| solid.holds(&(part_from_body * p))) {
-                slab.bore = Some(BoreSlab::new(slab.z, &places, mesh.faces()));
-            } else if stands {
-                // What stands is only there up to its nearest face, not up to its farthest edge.
-                slab.inner = BoreSlab::new(slab.z, &places, mesh.faces()).empty;
-            }
-        }
+        let holds = |p: &Point| solid.holds(&(part_from_body * p));
+        let upright = Upright { places: &places, faces: mesh.faces(), holds: &holds, stands };
+        let rings: Vec<Vec<Slab>> = slabs(&places, mesh.faces()).iter().map(|slab| upright.rings(slab)).collect();
+        let stack = |rank: usize| -> Vec<Slab> { rings.iter().map(|all| all[rank.min(all.len() - 1)]).collect() };
+        let mut slabs = stack(0);
         fill_grooves(&mut slabs, groove_mm);
-        Self { pieces: pieces(&slabs), slabs }
+        let most = rings.iter().map(Vec::len).max().unwrap_or(0);
+        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank));
+        Self { pieces: pieces(&slabs, 0).into_iter().chain(within).collect(), slabs }
     }
 
     /// Whether all that it sweeps is in what `other` sweeps for sure.
     fn is_within(&self, other: &Self) -> bool {
         let solid = || other.pieces.iter().filter(|piece| piece.bore.is_none());
         self.slabs.iter().all(|Slab { z, outer, .. }| {
-            let holds = |piece: &Piece, rho: f64, z: f64| piece.convex.excess(rho, z) + piece.slack_mm <= 0.0;
+            let holds = |piece: &Piece, rho: f64, z: f64| piece.short_of(rho, z) <= 0.0;
             solid().any(|piece| (0..2).all(|k| holds(piece, outer[k], z[k]) && holds(piece, 0.0, z[k])))
         })
     }
@@ -274,21 +299,117 @@ fn uncovered(mut shells: Vec<Shell>) -> Vec<Shell> {
     shells
 }
 
-fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
-    let heights = heights(places);
-    let slab = |ends: &[f64]| Slab { z: [ends[0], ends[1]], outer: [0.0; 2], inner: [0.0; 2], bore: None };
-    let mut slabs: Vec<Slab> = heights.windows(2).map(slab).collect();
-    for face in faces {
-        for side in 0..3 {
-            let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
-            // Each edge of a closed mesh runs once up and once down.
-            let (p, q) = if p.z <= q.z { (p, q) } else { (q, p) };
-            let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
-            for slab in slabs[first..].iter_mut().take_while(|slab| slab.z[0] < q.z + SAME_HEIGHT_MM) {
-                slab.add(&p, &q);
+/// Heights between two neighbouring ones at which the mesh is looked at, as parts of the way: near both ends, and between.
+const LOOKED_AT: [f64; 5] = [0.01, 0.25, 0.5, 0.75, 0.99];
+
+/// A mesh in the frame of its axis.
+struct Upright<'a> {
+    places: &'a [Point],
+    faces: &'a [[u32; 3]],
+    holds: &'a dyn Fn(&Point) -> bool,
+    stands: bool,
+}
+
+impl Upright<'_> {
+    /// A slab as the discs and rings that it is of, the outermost first; as one of which nothing is known where they are not the same at all its heights.
+    fn rings(&self, slab: &Slab) -> Vec<Slab> {
+        let [low, high] = slab.z;
+        let meets = |face: &&[u32; 3]| {
+            let heights = face.map(|corner| self.places[corner as usize].z);
+            heights.iter().any(|&z| z < high) && heights.iter().any(|&z| z > low)
+        };
+        let faces: Vec<[u32; 3]> = self.faces.iter().filter(meets).copied().collect();
+        let sections = LOOKED_AT.map(|part| self.section(&faces, low + part * (high - low)));
+        if sections.iter().all(|rings| rings.len() <= 1) {
+            return vec![self.bored(*slab, &faces, true)];
+        }
+        let is_between = |p: &Point| p.z > low + SAME_HEIGHT_MM && p.z < high - SAME_HEIGHT_MM;
+        let is_same = sections.iter().all(|rings| *rings == sections[0]);
+        if !is_same || self.places.iter().any(is_between) {
+            return vec![Slab { bore: Some(BoreSlab::unknown(slab.z)), ..*slab }];
+        }
+        let innermost = sections[0].len() - 1;
+        let ring = |(rank, faces): (usize, &Vec<[u32; 3]>)| {
+            let mut ring = Slab { rank, ..Slab::between(low, high) };
+            for (p, q) in faces.iter().flat_map(|face| edges(face, self.places)) {
+                ring.add(&p, &q, &mut [0.0; PARTS]);
             }
+            self.bored(ring, faces, rank == innermost)
+        };
+        sections[0].iter().enumerate().map(ring).collect()
+    }
+
+    /// The faces that meet a height, in groups from the outermost inwards: the circles between two groups are outside the mesh.
+    fn section(&self, faces: &[[u32; 3]], z: f64) -> Vec<Vec<[u32; 3]>> {
+        let met = |face: &[u32; 3]| Some((radii_at(face.map(|corner| self.places[corner as usize]), z)?, *face));
+        let mut met: Vec<([f64; 2], [u32; 3])> = faces.iter().filter_map(met).collect();
+        met.sort_by(|([_, one], _), ([_, other], _)| other.total_cmp(one));
+        let (mut groups, mut nearest): (Vec<Vec<[u32; 3]>>, f64) = (Vec::new(), f64::INFINITY);
+        for ([near, far], face) in met {
+            // No surface is between the two: circles there are wholly inside or outside.
+            let is_gap = far < nearest - SAME_HEIGHT_MM;
+            match groups.last_mut() {
+                Some(group) if !is_gap || (self.holds)(&Point::new(f64::midpoint(far, nearest), 0.0, z)) => {
+                    group.push(face);
+                }
+                _ => groups.push(vec![face]),
+            }
+            nearest = nearest.min(near);
+        }
+        groups.iter_mut().for_each(|group| group.sort_unstable());
+        groups
+    }
+
+    /// A slab of these faces, with its bore; the innermost has none where it holds the axis.
+    fn bored(&self, slab: Slab, faces: &[[u32; 3]], is_innermost: bool) -> Slab {
+        let bore = || BoreSlab::new(slab.z, self.places, faces);
+        if !is_innermost || !slab.holds_axis(self.holds) {
+            Slab { bore: Some(bore()), ..slab }
+        } else if self.stands {
+            // What stands is only there up to its nearest face, not up to its farthest edge.
+            Slab { inner: bore().empty, ..slab }
+        } else {
+            slab
         }
     }
+}
+
+/// The least and the greatest distance from the axis of a triangle where it meets a height, mm.
+fn radii_at(corners: [Point; 3], z: f64) -> Option<[f64; 2]> {
+    let crossing = |k: usize| {
+        let (p, q) = (corners[k], corners[(k + 1) % 3]);
+        ((p.z < z) != (q.z < z)).then(|| p + (q - p) * ((z - p.z) / (q.z - p.z)))
+    };
+    let ends: Vec<Point> = (0..3).filter_map(crossing).collect();
+    let nearest = nearest_to_axis(&ends)?;
+    let far = ends.iter().map(|end| end.x.hypot(end.y)).fold(0.0, f64::max);
+    Some([nearest.x.hypot(nearest.y), far])
+}
+
+/// The edges of a face, none of them downwards.
+fn edges(face: &[u32; 3], places: &[Point]) -> [(Point, Point); 3] {
+    [0, 1, 2].map(|side| {
+        let [p, q] = [face[side], face[(side + 1) % 3]].map(|corner| places[corner as usize]);
+        // Each edge of a closed mesh runs once up and once down.
+        if p.z <= q.z { (p, q) } else { (q, p) }
+    })
+}
+
+/// Parts of a slab for which edges that end in it are taken one by one.
+const PARTS: usize = 16;
+
+fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
+    let heights = heights(places);
+    let mut slabs: Vec<Slab> = heights.windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
+    let mut least = vec![[0.0; PARTS]; slabs.len()];
+    for (p, q) in faces.iter().flat_map(|face| edges(face, places)) {
+        let first = heights.partition_point(|&z| z < p.z - SAME_HEIGHT_MM).saturating_sub(1);
+        let met = slabs[first..].iter_mut().zip(&mut least[first..]);
+        for (slab, least) in met.take_while(|(slab, _)| slab.z[0] < q.z + SAME_HEIGHT_MM) {
+            slab.add(&p, &q, least);
+        }
+    }
+    slabs.iter_mut().zip(&least).for_each(|(slab, least)| slab.raise(least));
     slabs
 }
 
@@ -309,10 +430,14 @@ fn heights(places: &[Point]) -> Vec<f64> {
 }
 
 impl Slab {
-    /// Whether the mesh holds the axis near both ends and in the middle.
+    const fn between(low: f64, high: f64) -> Self {
+        Self { z: [low, high], outer: [0.0; 2], inner: [0.0; 2], bore: None, rank: 0 }
+    }
+
+    /// Whether the mesh holds the axis near both ends and between.
     fn holds_axis(&self, holds: &dyn Fn(&Point) -> bool) -> bool {
         let [low, high] = self.z;
-        [0.05, 0.5, 0.95].iter().all(|part| {
+        LOOKED_AT.iter().all(|part| {
             // The axis of a tool in its own frame runs through vertices; a ray beside it does not begin on a triangle.
             let beside = 1e-4 * (self.outer[0] + part * (self.outer[1] - self.outer[0]));
             holds(&Point::new(0.7 * beside, 0.3 * beside, low + part * (high - low)))
@@ -323,23 +448,22 @@ impl Slab {
         (self.outer[1] - self.outer[0]) / (self.z[1] - self.z[0])
     }
 
-    /// How much the mesh may fall short of the outer radius, mm; infinite where nothing is known.
-    fn missing(&self) -> f64 {
+    /// How much the mesh may fall short of radii that are linear in it, mm; infinite where nothing is known.
+    fn missing(&self, radius: &dyn Fn(f64) -> f64) -> f64 {
         if self.bore.is_some_and(|bore| bore.is_vague()) {
             return f64::INFINITY;
         }
-        (self.outer[0] - self.inner[0]).max(self.outer[1] - self.inner[1])
+        (radius(self.z[0]) - self.inner[0]).max(radius(self.z[1]) - self.inner[1])
     }
 
-    /// Widens the radii by an edge, `p` not above `q`.
-    fn add(&mut self, p: &Point, q: &Point) {
+    /// Widens the radii by an edge, `p` not above `q`. One that ends in the slab goes into the `least` radius of each part that it spans.
+    fn add(&mut self, p: &Point, q: &Point, least: &mut [f64; PARTS]) {
         let [low, high] = self.z;
         if q.z < low - SAME_HEIGHT_MM || p.z > high + SAME_HEIGHT_MM || q.z - p.z <= SAME_HEIGHT_MM {
             return;
         }
-        let point = |z: f64| p + (q - p) * ((z - p.z) / (q.z - p.z)).clamp(0.0, 1.0);
         let radius = |z: f64| {
-            let at = point(z);
+            let at = p + (q - p) * ((z - p.z) / (q.z - p.z)).clamp(0.0, 1.0);
             at.x.hypot(at.y)
         };
         let spans = p.z <= low + SAME_HEIGHT_MM && q.z >= high - SAME_HEIGHT_MM;
@@ -350,21 +474,54 @@ impl Slab {
             }
             let most = radius(low.max(p.z)).max(radius(high.min(q.z)));
             self.outer = self.outer.map(|r| r.max(most));
+            for (k, least) in least.iter_mut().enumerate() {
+                let ends = [self.border(k), self.border(k + 1)];
+                if p.z <= ends[0] && q.z >= ends[1] {
+                    let [below, above] = tangent(p, q, ends);
+                    *least = least.max(below.min(above));
+                }
+            }
             return;
         }
         self.outer = [self.outer[0].max(radius(low)), self.outer[1].max(radius(high))];
-        // The tangent in the middle.
-        let (middle, rise) = (f64::midpoint(low, high), high - low);
-        let at = point(middle);
-        let rho = at.x.hypot(at.y);
-        let along = (q - p) / (q.z - p.z);
-        let slope = if rho > 0.0 { (at.x * along.x + at.y * along.y) / rho } else { 0.0 };
-        let tangent = [rho - 0.5 * slope * rise, rho + 0.5 * slope * rise];
+        let tangent = tangent(p, q, self.z);
         // Of two edges that one counts which is farther out in the middle: a mixture would not be below the radius.
         if tangent[0] + tangent[1] > self.inner[0] + self.inner[1] {
             self.inner = tangent;
         }
     }
+
+    /// Height at which part `k` of [`PARTS`] begins.
+    fn border(&self, k: usize) -> f64 {
+        let [low, high] = self.z;
+        if k == PARTS { high } else { low + (high - low) * (k as f64 / PARTS as f64) }
+    }
+
+    /// Raises the radius from inside to the least of all parts, each with the edge that is farthest out, where that is more than one edge says.
+    fn raise(&mut self, least: &[f64; PARTS]) {
+        let [below, above] = self.inner;
+        let of_one = |k: usize| below + (above - below) * (k as f64 / PARTS as f64);
+        let parts = least.iter().enumerate().map(|(k, least)| least.max(of_one(k).min(of_one(k + 1))));
+        let level = parts.fold(f64::INFINITY, f64::min);
+        if 2.0 * level > below + above {
+            self.inner = [level; 2];
+        }
+    }
+
+    /// Whether it is solid, and fills a radius for sure.
+    fn reaches(&self, radius: f64) -> bool {
+        self.bore.is_none() && self.inner.iter().all(|&inner| inner >= radius)
+    }
+}
+
+/// The distance from the axis of the tangent in the middle of a part of an edge, at both ends of the part, mm; the edge is nowhere nearer to the axis. `p` is below `q`.
+fn tangent(p: &Point, q: &Point, [low, high]: [f64; 2]) -> [f64; 2] {
+    let along = (q - p) / (q.z - p.z);
+    let at = p + along * (f64::midpoint(low, high) - p.z);
+    let rho = at.x.hypot(at.y);
+    let slope = if rho > 0.0 { (at.x * along.x + at.y * along.y) / rho } else { 0.0 };
+    let rise = 0.5 * slope * (high - low);
+    [rho - rise, rho + rise]
 }
 
 /// Fills what is between two heights with less radius than at both, as far as they are at most `width_mm` apart.
@@ -390,15 +547,17 @@ fn fill_grooves(slabs: &mut [Slab], width_mm: f64) {
     }
 }
 
-/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them.
-fn pieces(slabs: &[Slab]) -> Vec<Piece> {
+/// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them. Runs without a slab of
+/// this rank are left out.
+fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
     let joins = |k: usize| {
         let (below, above) = (&slabs[k], &slabs[k + 1]);
         (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && above.slope() <= below.slope() + NEARLY_STRAIGHT
     };
     let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
     let is_ring = |k: usize| kind(k) == Some(false);
-    let mut pieces = Vec::new();
+    let is_of_rank = |[first, last]: [usize; 2]| slabs[first..=last].iter().any(|slab| slab.rank == rank);
+    let (mut pieces, mut solid) = (Vec::new(), Vec::new());
     let mut first = 0;
     while first < slabs.len() {
         let mut last = first;
@@ -415,60 +574,83 @@ fn pieces(slabs: &[Slab]) -> Vec<Piece> {
                 from -= 1;
             }
         }
-        let mut piece = piece(slabs, from, to);
-        let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
-        piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
-        pieces.push(piece);
+        if kind(first).is_none() {
+            solid.push([first, last]);
+        }
+        if is_of_rank([first, last]) {
+            let mut piece = piece(slabs, from, to);
+            let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
+            piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
+            pieces.push(piece);
+        }
         first = last + 1;
     }
-    pieces
+    let joined = joined(slabs, &solid).into_iter().filter(|&run| is_of_rank(run));
+    // What decides for the most cells comes first.
+    joined.map(|[first, last]| piece(slabs, first, last).for_sure()).chain(pieces).collect()
+}
+
+/// By how much a mesh may fall short of the outline of runs that are joined, mm: a fifth of the standard resolution where that is enough.
+const JOINED_MM: [f64; 3] = [0.02, 0.1, 0.5];
+
+/// Runs that are one convex outline to within such a length, joined. Between irregular heights pieces are thinner than a cell of the stock: none holds one.
+fn joined(slabs: &[Slab], runs: &[[usize; 2]]) -> Vec<[usize; 2]> {
+    let mut all: Vec<[usize; 2]> = Vec::new();
+    for limit_mm in JOINED_MM {
+        let mut runs = runs.iter().copied().peekable();
+        while let Some([first, end]) = runs.next() {
+            let mut last = end;
+            let is_next = |[next, end]: &[usize; 2], last: usize| {
+                *next == last + 1 && piece(slabs, first, *end).slack_mm <= limit_mm
+            };
+            while let Some([_, end]) = runs.next_if(|run| is_next(run, last)) {
+                last = end;
+            }
+            if last > end && !all.contains(&[first, last]) {
+                all.push([first, last]);
+            }
+        }
+    }
+    all
 }
 
 /// The slabs from one to another as one convex piece.
 fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
     let run = &slabs[first..=last];
-    let (bottom, top) = (&run[0], &run[run.len() - 1]);
+    let corners: Vec<[f64; 2]> = run.iter().flat_map(|slab| [0, 1].map(|k| [slab.outer[k], slab.z[k]])).collect();
+    let hull = upper_envelope(&corners);
+    let [bottom, top] = [hull[0][0], hull[hull.len() - 1][0]];
+    let lines: Vec<HalfPlane> = hull.windows(2).filter_map(|pair| HalfPlane::below_line(pair[0], pair[1])).collect();
     // Outwards the radius goes on as it does, but never grows.
-    let below = first.checked_sub(1).map(|k| &slabs[k]).filter(|next| reaches(next, 1, bottom.outer[0]));
-    let above = slabs.get(last + 1).filter(|next| reaches(next, 0, top.outer[1]));
-    let low = below.map_or(bottom.z[0], |next| next.z[0]);
-    let high = above.map_or(top.z[1], |next| next.z[1]);
+    let below = slabs[..first].iter().rev().take_while(|slab| slab.reaches(bottom)).last();
+    let above = slabs[last + 1..].iter().take_while(|slab| slab.reaches(top)).last();
+    let low = below.map_or(run[0].z[0], |slab| slab.z[0]);
+    let high = above.map_or(run[run.len() - 1].z[1], |slab| slab.z[1]);
     let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
     let upright = |r: f64| HalfPlane { a: 1.0, b: 0.0, c: r };
-    if below.is_some() && bottom.slope() < 0.0 {
-        planes.push(upright(bottom.outer[0]));
+    if below.is_some() && lines.first().is_some_and(|line| line.b > 0.0) {
+        planes.push(upright(bottom));
     }
-    if above.is_some() && top.slope() > 0.0 {
-        planes.push(upright(top.outer[1]));
+    if above.is_some() && lines.last().is_some_and(|line| line.b < 0.0) {
+        planes.push(upright(top));
     }
-    for slab in run {
-        let line = HalfPlane::below_line([slab.outer[0], slab.z[0]], [slab.outer[1], slab.z[1]]);
-        let is_new = |line: &HalfPlane| {
-            planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT)
-        };
-        planes.extend(line.filter(is_new));
+    for line in lines {
+        let is_new = planes.last().is_none_or(|last| (last.a - line.a).abs() + (last.b - line.b).abs() > STRAIGHT);
+        if is_new {
+            planes.push(line);
+        }
     }
-    // Corners that turn a little to the hollow side are beyond their neighbours' lines.
-    let mut beyond: f64 = 0.0;
-    for HalfPlane { a, b, c } in &mut planes[2..] {
-        let corners = run.iter().flat_map(|slab| [0, 1].map(|k| *a * slab.outer[k] + *b * slab.z[k]));
-        let most = corners.fold(*c, f64::max);
-        beyond = beyond.max(most - *c);
-        *c = most;
-    }
+    let radius_at =
+        |z: f64| planes[2..].iter().map(|line| (line.c - line.b * z) / line.a).fold(f64::INFINITY, f64::min);
+    let slack_mm = run.iter().map(|slab| slab.missing(&radius_at)).fold(0.0, f64::max);
     let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
-    let slack_mm = beyond + run.iter().map(Slab::missing).fold(0.0, f64::max);
     Piece { convex: Convex { planes }, bore: None, slack_mm, radius, span: [low, high] }
-}
-
-/// Whether a slab is solid and nowhere thinner than `radius`, its end `at` being the near one.
-fn reaches(slab: &Slab, at: usize, radius: f64) -> bool {
-    slab.bore.is_none() && slab.outer[at] > radius + SAME_HEIGHT_MM && slab.outer[1 - at] >= radius
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Triangle;
     use crate::geometry::shapes::outline::OutlinePoint;
     use crate::geometry::shapes::{Revolve, Shape, Tessellation};
     use obbtree::cases::meshes;
@@ -494,9 +676,27 @@ mod tests {
         let p = Vector::new(rho, 0.0, z);
         let of = |piece: &Piece| {
             let bore = piece.bore.as_ref().map_or(f64::NEG_INFINITY, |bore| bore.short_of(&p));
-            piece.convex.excess(rho, z).max(bore) + piece.slack_mm
+            piece.short_of(rho, z).max(bore)
         };
         round.pieces.iter().map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The least and greatest distances from the axis of the triangles that cross a height.
+    fn sections(round: &Round, mesh: &Mesh, z: f64) -> Vec<[f64; 2]> {
+        let of = |triangle: &Triangle| {
+            let corners = triangle.corners.map(|corner| round.body_from_part * corner);
+            let crossing = |k: usize| {
+                let (q, r) = (corners[k], corners[(k + 1) % 3]);
+                ((q.z - z) * (r.z - z) < 0.0).then(|| q + (r - q) * ((z - q.z) / (r.z - q.z)))
+            };
+            let ends: Vec<Point> = (0..3).filter_map(crossing).collect();
+            let [q, r] = ends[..] else { return None };
+            let along = r - q;
+            let at = (-q.coords.dot(&along) + z * along.z) / along.norm_squared().max(1e-300);
+            let nearest = q + along * at.clamp(0.0, 1.0);
+            Some([nearest.x.hypot(nearest.y), q.x.hypot(q.y).max(r.x.hypot(r.y))])
+        };
+        mesh.triangles().iter().filter_map(of).collect()
     }
 
     #[test]
@@ -518,6 +718,91 @@ mod tests {
         let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]), 0.0);
         assert!(excess(&saw, 5.0, 15.0) > 2.9 && excess(&saw, 9.0, 15.0) < -0.9 && short_of(&saw, 5.0, 15.0) > 2.9);
         assert!(short_of(&saw, 9.0, 15.0) < -0.9, "{}", short_of(&saw, 9.0, 15.0));
+    }
+
+    /// A hole saw with a pilot drill.
+    const PILOTED: [[f64; 2]; 8] =
+        [[0.0, -8.0], [3.0, -6.0], [3.0, 30.0], [16.0, 30.0], [16.0, 0.0], [18.0, 0.0], [18.0, 34.0], [0.0, 34.0]];
+
+    #[test]
+    fn between_a_core_and_its_rings_nothing_is_cut() {
+        let brad =
+            [[0.0, -4.0], [2.0, -1.0], [2.0, 0.0], [11.0, 0.0], [11.0, -2.0], [12.0, -2.0], [12.0, 34.0], [0.0, 34.0]];
+        let slanted = [
+            [0.0, 0.0],
+            [40.0, 0.0],
+            [40.0, 30.0],
+            [35.0, 30.0],
+            [25.0, 20.0],
+            [20.0, 20.0],
+            [30.0, 30.0],
+            [0.0, 30.0],
+        ];
+        let two_walls = [
+            [0.0, 20.0],
+            [4.0, 20.0],
+            [4.0, 0.0],
+            [6.0, 0.0],
+            [6.0, 20.0],
+            [16.0, 20.0],
+            [16.0, 0.0],
+            [18.0, 0.0],
+            [18.0, 24.0],
+            [0.0, 24.0],
+        ];
+        for (profile, out, within) in [
+            (&PILOTED[..], [10.0, 15.0], vec![[2.0, 15.0], [17.0, 15.0], [1.0, 0.0], [1.0, 30.0], [10.0, 32.0]]),
+            (&brad[..], [7.0, -1.5], vec![[0.5, -1.5], [11.5, -1.0], [7.0, 1.0]]),
+            (&slanted[..], [27.5, 25.0], vec![[24.0, 27.0], [37.0, 25.0], [25.0, 10.0]]),
+            (&two_walls[..], [10.0, 10.0], vec![[5.0, 10.0], [17.0, 10.0], [10.0, 22.0]]),
+        ] {
+            let round = Round::new(&revolve(profile), 0.0);
+            let [rho, z] = out;
+            assert!(short_of(&round, rho, z) > 1.0 && excess(&round, rho, z) > 1.0, "{profile:?}");
+            for [rho, z] in within {
+                assert!(short_of(&round, rho, z) < -0.3, "{profile:?} {rho} {z}: {}", short_of(&round, rho, z));
+                assert!(excess(&round, rho, z) < -0.3, "{profile:?} {rho} {z}");
+            }
+        }
+    }
+
+    /// A prism that turns once about itself over 40 mm; its corners are 5 mm from the axis, and each is moved along it.
+    fn helix(steps: u32, sides: u32, moved_mm: f64) -> Arc<Mesh> {
+        let corner = |step: u32, side: u32| {
+            let moved =
+                if (1..steps).contains(&step) { (7.0 * f64::from(side) + 0.9 * f64::from(step)).sin() } else { 0.0 };
+            let z = 40.0 * f64::from(step) / f64::from(steps) + moved_mm * moved;
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(side) / f64::from(sides) + z / 40.0)).sin_cos();
+            Point::new(5.0 * cos, 5.0 * sin, z)
+        };
+        let all = (0..=steps).flat_map(|step| (0..sides).map(move |side| corner(step, side)));
+        let vertices: Vec<Point> = all.chain([Point::origin(), Point::new(0.0, 0.0, 40.0)]).collect();
+        let (bottom, top) = ((steps + 1) * sides, (steps + 1) * sides + 1);
+        let around = |side: u32| {
+            let next = (side + 1) % sides;
+            let walls = (0..steps).flat_map(move |step| {
+                let [a, b] = [side, next].map(|side| step * sides + side);
+                [[a, b, b + sides], [a, b + sides, a + sides]]
+            });
+            walls.chain([[bottom, next, side], [top, steps * sides + side, steps * sides + next]])
+        };
+        Arc::new(Mesh::new(vertices, (0..sides).flat_map(around).collect()).unwrap())
+    }
+
+    #[test]
+    fn a_helix_with_irregular_heights_is_known_all_along() {
+        // Up to 400 heights, and more: then some slabs hold whole rows of corners.
+        for (steps, sides, moved_mm) in [(30, 12, 0.1), (40, 24, 0.1), (80, 36, 0.1), (160, 36, 0.03)] {
+            let mesh = helix(steps, sides, moved_mm);
+            assert!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
+            let round = Round::new(&mesh, 0.0);
+            for z in (4..156).map(|k| 0.25 * f64::from(k) + 0.01) {
+                let short = short_of(&round, 4.9, z);
+                assert!(short < 0.0, "{steps} {sides}: {short} at {z}");
+                let radius = sections(&round, &mesh, z).into_iter().fold(0.0, |most: f64, [_, far]| most.max(far));
+                assert!(short_of(&round, radius + 1e-9, z) >= 0.0, "{steps} {sides}: at {z}");
+            }
+        }
     }
 
     #[test]
@@ -614,50 +899,31 @@ mod tests {
         /// Of any solid: its points are in the pieces, and what is deep enough in them is swept by its turning.
         #[test]
         fn the_mesh_is_within_and_depth_is_swept(which in 0..64usize, face in 0..10_000usize, u in 0.0..1.0f64, v in 0.0..1.0f64) {
-            let subjects = meshes::subjects();
-            let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
+            let solids = meshes::subjects().into_iter().map(|subject| Arc::new(subject.mesh));
+            let solids: Vec<Arc<Mesh>> = solids.chain([revolve(&PILOTED), helix(20, 8, 0.5)]).collect();
+            let mesh = &solids[which % solids.len()];
             prop_assume!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
-            let round = Round::new(&mesh, 0.0);
+            let round = Round::new(mesh, 0.0);
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let [a, b, c] = mesh.triangles()[face % mesh.faces().len()].corners;
             let p = round.body_from_part * (a + (b - a) * u + (c - a) * v);
             prop_assert!(excess(&round, p.x.hypot(p.y), p.z) <= 1e-6);
             // A height through the mesh: its largest radius there, found by cutting every triangle.
-            let radius = mesh.triangles().iter().flat_map(|t| {
-                let corners = t.corners.map(|corner| round.body_from_part * corner);
-                (0..3).filter_map(move |k| {
-                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
-                    let crosses = (q.z - p.z) * (r.z - p.z) < 0.0;
-                    crosses.then(|| {
-                        let at = q + (r - q) * ((p.z - q.z) / (r.z - q.z));
-                        at.x.hypot(at.y)
-                    })
-                })
-            }).fold(0.0, f64::max);
+            let sections = sections(&round, mesh, p.z);
+            let radius = sections.iter().fold(0.0, |most: f64, [_, far]| most.max(*far));
             for part in 0..20 {
                 let rho = radius * (1.0 + f64::from(part) / 10.0);
                 if rho > radius + 1e-6 {
                     prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} > {radius} at {}", p.z);
                 }
             }
-            // Nearer to the axis than everything, where the axis is not in the mesh.
-            let least = mesh.triangles().iter().filter_map(|t| {
-                let corners = t.corners.map(|corner| round.body_from_part * corner);
-                let crossing: Vec<Point> = (0..3).filter_map(|k| {
-                    let (q, r) = (corners[k], corners[(k + 1) % 3]);
-                    ((q.z - p.z) * (r.z - p.z) < 0.0).then(|| q + (r - q) * ((p.z - q.z) / (r.z - q.z)))
-                }).collect();
-                let [q, r] = crossing[..] else { return None };
-                let along = r - q;
-                let at = (-q.coords.dot(&along) + p.z * along.z) / along.norm_squared().max(1e-300);
-                let nearest = q + along * at.clamp(0.0, 1.0);
-                Some(nearest.x.hypot(nearest.y))
-            }).fold(f64::INFINITY, f64::min);
-            let axis = round.body_from_part.inverse() * Point::new(1e-7, 2e-7, p.z);
-            if least.is_finite() && !Solid::new(Arc::clone(&mesh)).holds(&axis) {
-                for part in 0..10 {
-                    let rho = least * f64::from(part) / 10.0;
-                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} < {least} at {}", p.z);
+            // Between what crosses the height, and within all of it, a circle is inside or outside.
+            let (solid, part_from_body) = (Solid::new(Arc::clone(mesh)), round.body_from_part.inverse());
+            for part in 0..40 {
+                let rho = radius * (f64::from(part) + 1e-3) / 40.0;
+                let is_met = sections.iter().any(|[near, far]| (near - 1e-6..=far + 1e-6).contains(&rho));
+                if !is_met && !solid.holds(&(part_from_body * Point::new(0.8 * rho, 0.6 * rho, p.z))) {
+                    prop_assert!(short_of(&round, rho, p.z) >= -1e-6, "{rho} at {}", p.z);
                 }
             }
         }

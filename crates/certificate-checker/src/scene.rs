@@ -5,6 +5,7 @@ use crate::machine::Link;
 use crate::mesh::{in_order, on_grid};
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -47,6 +48,17 @@ fn bytes(file: &Path) -> Checked<Vec<u8>> {
     content.ok_or_else(|| format!("{}: no file of up to {LARGEST_FILE} bytes can be read there", file.display()))
 }
 
+/// A file of text in UTF-8, whatever its byte-order mark says.
+fn in_utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let unit: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => return Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+    };
+    let wide = bytes[2..].as_chunks::<2>().0.iter().map(|pair| unit(*pair));
+    Cow::Owned(String::from_utf16_lossy(&wide.collect::<Vec<_>>()).into_bytes())
+}
+
 /// A scene's files, as they were read to compare their hashes, and the statements of the certificate.
 struct Files<'a> {
     stated: &'a Stated,
@@ -85,8 +97,10 @@ impl<'a> Files<'a> {
     }
 
     fn table(&self, file: &str) -> Checked<Value> {
-        let text = std::str::from_utf8(self.bytes(Path::new(file))?).map_err(|_| format!("{file} is not text"))?;
-        text.parse::<Table>().map(Value::Table).map_err(|error| format!("{file}: {error}"))
+        let bytes = in_utf8(self.bytes(Path::new(file))?);
+        let text = std::str::from_utf8(&bytes).map_err(|_| format!("{file} is not text"))?;
+        // A lone CR ends a line as well.
+        text.replace('\r', "\n").parse::<Table>().map(Value::Table).map_err(|error| format!("{file}: {error}"))
     }
 
     fn compare(&self, trust: &mut impl FnMut(&str)) -> Checked {
@@ -264,7 +278,7 @@ fn stl(bytes: &[u8], unit_mm: f64) -> Option<Vec<[[i64; 3]; 3]>> {
         let float = |bytes: &[u8; 4]| f32::from_le_bytes(*bytes);
         bytes[84..].as_chunks::<50>().0.iter().flat_map(|face| face[12..48].as_chunks().0).map(float).collect()
     } else {
-        let text = String::from_utf8_lossy(bytes).to_ascii_lowercase();
+        let text = String::from_utf8_lossy(&in_utf8(bytes)).to_ascii_lowercase();
         let corners = text.split(['\n', '\r']).filter_map(|line| line.trim_start().strip_prefix("vertex"));
         corners.flat_map(|line| line.split_whitespace().map(|word| word.parse().unwrap_or(f32::NAN))).collect()
     };

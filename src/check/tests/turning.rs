@@ -212,11 +212,14 @@ fn a_driven_drill_cuts_holes_and_no_ring() {
     let drilled = "M3 S500\nG1 Z-20 F100\nG0 Z0\n";
     assert!(found(&text, &format!("{drilled}G0 Z-15\nG0 Z0\nM2")).is_clear());
     assert_eq!(kinds(&found(&text, &format!("{drilled}G0 C90\nG0 Z-15\nG0 Z0\nM2"))), [(5, "rapid-into-workpiece")]);
-    // So with any cutter for which the program sets the spindle.
+    // So with any cutter that the scene calls driven. Of one that is not round, and for which the program sets the spindle, nobody knows.
     let square =
         text.replace(&cylinder(3.0, 40.0), &cuboid([4.0, 4.0, 40.0])).replace("[20.0, 0.0, 60.0]", "[20.0, 0.0, 80.0]");
-    let told = found(&square, "M3 S500\nG1 Z-40 F100\nG0 Z0\nG0 C90\nG1 Z-30 F100\nG0 C180\nG0 Z0\nM2");
-    assert_eq!(kinds(&told)[0], (6, "rapid-into-workpiece"));
+    for (turns, kind) in [("turns = \"own\"\n", "rapid-into-workpiece"), ("", "unresolved")] {
+        let program = "M3 S500\nG1 Z-40 F100\nG0 Z0\nG0 C90\nG1 Z-30 F100\nG0 C180\nG0 Z0\nM2";
+        let told = found(&format!("{square}{turns}"), program);
+        assert_eq!(kinds(&told)[0], (6, kind));
+    }
     // On the axis it cuts what it would cut standing.
     let text = text.replace("[20.0, 0.0, 60.0]", "[0.0, 0.0, 60.0]");
     let told = found(&text, &format!("{drilled}M2"));
@@ -495,4 +498,17 @@ fn a_button_insert_stands_where_the_scene_says_so() {
     let told = found(&text(""), program);
     assert_eq!((told.is_clear(), told.driven), (false, vec![1]));
     assert!(found(&text("turns = \"own\"\n"), program).driven.is_empty());
+}
+
+#[test]
+fn an_insert_between_whose_feeds_the_chuck_turns_cuts_no_disc_for_sure() {
+    let insert = with_insert([30.0, 2.0, 60.0], "[[0, 0], [9.19, -7.71], [18.38, 0], [9.19, 7.71]]") + "tool = 1\n";
+    // Beside the tip, where the insert's own disc has been and its outline has not.
+    let probe = part("probe", "slide", "holder", [30.0, 0.0, 63.5], &cuboid([2.0, 2.0, 2.0])) + "tool = 2\n";
+    let program =
+        "T1 M6\nM3 S500\nG0 Z-30\nG0 C90\nG1 X-10 F1000\nG0 C0\nG1 X-28 F100\nG0 X0\nT2 M6\nG0 X-22\nG0 X0\nM2";
+    for (turns, kind, driven) in [("", "unresolved", vec![1]), ("turns = \"none\"\n", "collision", vec![])] {
+        let told = found(&[&insert, turns, &probe].concat(), program);
+        assert_eq!((kinds(&told), told.driven), (vec![(10, kind)], driven), "{turns}");
+    }
 }

@@ -370,6 +370,29 @@ fn every_triangle_of_a_file_counts() {
 }
 
 #[test]
+fn text_may_be_utf16_with_a_byte_order_mark() {
+    let copy = Copy::of("mill", "encodings");
+    for file in ["scene.toml", "base.stl"] {
+        let own = String::from_utf8(copy.read(file)).unwrap();
+        let units = |text: &str| std::iter::once(0xfeff).chain(text.encode_utf16()).collect::<Vec<u16>>();
+        let little = |text: &str| units(text).into_iter().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+        let big: Vec<u8> = units(&own).into_iter().flat_map(u16::to_be_bytes).collect();
+        let marked = [&b"\xef\xbb\xbf"[..], own.as_bytes()].concat();
+        for same in [little(&own), big, marked, own.replace('\n', "\r").into_bytes()] {
+            copy.write(file, same);
+            copy.check().unwrap_or_else(|refusal| panic!("{file}: {}", refusal.why));
+        }
+        // What it says is compared as ever.
+        copy.write(
+            file,
+            little(&own.replacen("-30", "-31", 1).replacen("rpy_deg = [0, 0, 30]", "rpy_deg = [0, 0, 31]", 1)),
+        );
+        assert!(copy.check().is_err(), "{file}");
+        copy.write(file, own);
+    }
+}
+
+#[test]
 fn pairs_that_are_left_out_are_the_scenes_own() {
     let copy = Copy::of("mill", "pairs");
     let file = "scene.toml";
