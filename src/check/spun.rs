@@ -10,7 +10,7 @@ use super::turning::{WorkAxis, may_be_driven};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
-use crate::machine::{Joint, Machine, Motion};
+use crate::machine::{Joint, Motion};
 use crate::scene::{Pair, Part, ProgramRun, Role, Scene, Turns};
 use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};

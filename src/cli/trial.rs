@@ -4,7 +4,7 @@ use super::options::{Extent, OutputOptions, open_run};
 use super::progress::Bar;
 use super::{CLEAR, FAILED, analyze, conclusion, launch, say, style, verify};
 use crate::analysis::claims::ClaimSet;
-use crate::measure::{Plan, Progress};
+use crate::measure::Plan;
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
 use crate::scene::{Overrides, Scene};
