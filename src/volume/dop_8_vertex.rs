@@ -201,6 +201,15 @@ mod tests {
     }
 
     #[test]
+    fn its_interval_is_that_of_its_corners() {
+        let fitted = Dop8Vertex::fit(&meshes::cuboid(2.0, 3.0, 4.0).triangles());
+        let corners = || fitted.corners[..usize::from(fitted.count)].iter().map(|corner| corner.x);
+        let (low, high) = (corners().fold(f64::INFINITY, f64::min), corners().fold(f64::NEG_INFINITY, f64::max));
+        let interval = fitted.interval(&(Vector::x(), 30.0));
+        assert!((interval.0 + 30.0 + low).abs() < 1e-6 && (interval.1 - 30.0 - high).abs() < 1e-6, "{interval:?}");
+    }
+
+    #[test]
     fn an_octahedron_has_six_corners() {
         let p = |x: f64| Point::new(x, 0.0, 0.0);
         let fitted = Dop8Vertex::fit(&[Triangle::new(p(-1.0), p(1.0), p(0.0))]);

@@ -93,5 +93,6 @@ mod tests {
             ObbRss::pose(&Isometry::translation(30.0 / 3.0_f64.sqrt(), 30.0 / 3.0_f64.sqrt(), 30.0 / 3.0_f64.sqrt()));
         let (both, alone) = (fitted.gap_mm(&fitted, &pose), fitted.obb.gap_mm(&fitted.obb, &pose));
         assert!(both > 8.0 && both <= 10.0 && alone < 1.0, "{both} {alone}");
+        assert!(fitted.contains(&Point::origin(), 0.0) && !fitted.contains(&Point::new(0.0, 0.0, 30.0), 1.0));
     }
 }

@@ -221,6 +221,20 @@ mod tests {
     }
 
     #[test]
+    fn figures_and_outline_are_those_of_rectangle_and_radius() {
+        let fitted = Rss { half: [5.0, 3.0], radius: 2.0, ..Rss::fit(&meshes::cuboid(20.0, 12.0, 2.0).triangles()) };
+        assert!((fitted.volume() - (240.0 + 64.0 * PI + 32.0 / 3.0 * PI)).abs() < 1e-9);
+        assert!((fitted.surface_area() - (120.0 + 64.0 * PI + 16.0 * PI)).abs() < 1e-9);
+        let ends: Vec<Vector> =
+            fitted.outline().iter().flatten().map(|end| fitted.axes.tr_mul(&(end - fitted.centre))).collect();
+        assert!(ends.iter().all(|end| (point_squared(end, fitted.half) - 4.0).abs() < 1e-9));
+        for (axis, most) in [7.0, 5.0, 2.0].into_iter().enumerate() {
+            let reach = |sign: f64| ends.iter().map(|end| sign * end[axis]).fold(0.0, f64::max);
+            assert!((reach(1.0) - most).abs() < 1e-9 && (reach(-1.0) - most).abs() < 1e-9, "{axis}");
+        }
+    }
+
+    #[test]
     fn a_corner_moves_out_until_its_sphere_reaches_the_point() {
         for (sign_x, sign_y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
             // On the diagonal through a corner of the square of side 4 around (6, 6); 5 beyond that corner, with spheres of radius 2.
@@ -232,6 +246,9 @@ mod tests {
             assert!((moved - corner).norm() > 2.99 && (x[1] - x[0] - y[1] + y[0]).abs() < 1e-12);
             assert_eq!(x[usize::from(sign_x < 0.0)], 6.0 - sign_x * 2.0, "the other side stays");
         }
+        // A point beside the diagonal through the corner (1, 1): a sphere of radius 1 around (3, 3) reaches it.
+        let [x, y] = grown_at_corners(&[Vector::new(3.0, 4.0, 0.0)], [[-1.0, 1.0]; 2], 0.0, 1.0);
+        assert!((x[1] - 3.0).abs() < 1e-12 && (y[1] - 3.0).abs() < 1e-12, "{x:?} {y:?}");
     }
 
     #[test]

@@ -72,7 +72,9 @@ mod tests {
     #[test]
     fn a_segment_gets_the_sphere_over_its_length() {
         let (p, q) = (Point::new(1.0, 0.0, 0.0), Point::new(5.0, 0.0, 0.0));
-        let sphere = SphereRitter::fit(&[Triangle::new(p, q, p)]);
+        let triangles = [Triangle::new(p, q, p)];
+        assert_eq!(midpoint_of_widest_extreme_pair(&triangles), (Point::new(3.0, 0.0, 0.0), 2.0));
+        let sphere = SphereRitter::fit(&triangles);
         assert_eq!(sphere.centre, Point::new(3.0, 0.0, 0.0));
         assert!((sphere.radius - 2.0).abs() < 1e-7); // half of 5 - 1, and the pad
         assert!(sphere.contains(&q, 0.0) && !sphere.contains(&Point::new(5.1, 0.0, 0.0), 0.0));
