@@ -341,12 +341,12 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     let copies = ["a_piece.obj", "tool.obj", "poses.csv", "scene.toml"].map(|name| folder.path("run-scene").join(name));
     let before = copies.clone().map(|file| read(&file));
     folder.write("other.csv", "part,qw,qx,qy,qz,tx,ty,tz\ntool,1,0,0,0,0,0,0\n");
-    for files in [
-        &["run-scene/a_piece.obj", "run-scene/tool.obj", "run-scene/poses.csv"],
-        &["a piece.obj", "tool.obj", "other.csv"],
+    for (files, told) in [
+        (&["run-scene/a_piece.obj", "run-scene/tool.obj", "run-scene/poses.csv"], "no part named `a piece`"),
+        (&["a piece.obj", "tool.obj", "other.csv"], "--fresh"),
     ] {
         let message = folder.refused(&[&["try"][..], &files[..], &quick].concat());
-        assert!(message.contains("--fresh"), "{message}");
+        assert!(message.contains(told), "{message}");
         assert_eq!(copies.clone().map(|file| read(&file)), before);
     }
     // Nor does what is refused with --fresh: a scene that is none, a variant that is none, a run at which another process works.
