@@ -138,7 +138,8 @@ fn who_promises_to_be_safe_and_misses_is_not_ranked() {
 /// Before a number of a launch sizes anything: 2^32 launches are more than the memory holds.
 #[test]
 fn launches_and_blocks_beyond_the_request_are_refused_with_their_line() {
-    let spoils: [(&str, fn(&mut Run)); 4] = [
+    type Spoil = fn(&mut Run);
+    let spoils: [(&str, Spoil); 4] = [
         ("timings.csv:2: the run has fewer launches", |run| run.timings[0].launch = u32::MAX),
         ("timings.csv:3: the run has fewer launches", |run| run.timings[1].launch = run.manifest.request.launches),
         ("timings.csv:4: a launch has fewer blocks", |run| run.timings[2].block = run.manifest.request.blocks),

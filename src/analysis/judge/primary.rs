@@ -238,7 +238,8 @@ mod tests {
                 ClaimRow { reading: "R1".into(), scene: scene.into(), workload, stratum, ..primary(verdict, p).row };
             Candidate { row, verdict, p: Some(p) }
         };
-        let cases: [(&[String], &[(&str, Verdict, f64)], Verdict, f64); 7] = [
+        type Rows = [(&'static str, Verdict, f64)];
+        let cases: [(&[String], &Rows, Verdict, f64); 7] = [
             (&both, &[("a", Supported, 0.01), ("b", Supported, 0.02)], Supported, 0.02),
             (&both, &[("a", Supported, 0.01)], Undecided, 1.0),
             (&both, &[("a", Supported, 0.01), ("b", NotJudged, 0.0)], Undecided, 1.0),
