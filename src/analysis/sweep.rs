@@ -82,7 +82,7 @@ pub const METRICS: [&str; 5] = ["volume-tests", "triangle-tests", "time", "miss-
 /// Place of the rate of missed contacts among the metrics.
 const MISS_RATE: usize = 3;
 
-/// The mean over groups. What is counted and timed is positive; expanded to both sides alike, an interval may end below all that was seen.
+/// The mean over groups. The lower end is at least the least value that was seen: counts and times are positive, and an interval expanded to both sides alike may go below all of them.
 fn mean_of(groups: &[f64], seed: u64, metric: &str) -> Interval {
     let mean = bootstrap_mean(groups, seed, &format!("sweep {metric}"));
     let least = groups.iter().copied().fold(f64::INFINITY, f64::min);

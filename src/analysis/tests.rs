@@ -135,7 +135,7 @@ fn who_promises_to_be_safe_and_misses_is_not_ranked() {
     assert!(outcome.ranking.iter().any(|place| place.variant == "obb-vertex"));
 }
 
-/// Before a number of a launch sizes anything: 2^32 launches are more than the memory holds.
+/// Launch numbers are checked before anything is sized by them: 2^32 launches do not fit into memory.
 #[test]
 fn launches_and_blocks_beyond_the_request_are_refused_with_their_line() {
     type Spoil = fn(&mut Run);

@@ -133,7 +133,7 @@ impl Spun {
         self.axes[part]
     }
 
-    /// Whether a part has rings.
+    /// Whether a part is examined as rings, because a spindle turns it and it is not round about the spindle's axis.
     pub fn is_turned(&self, part: usize) -> bool {
         self.is_turned[part]
     }
@@ -240,7 +240,7 @@ impl WorkSpindles {
     }
 }
 
-/// Whether a part is not round and holds a cutter that a drive may turn, which then may turn the part.
+/// Whether a part is not round and holds a cutter that may be driven: the drive may turn the part, too.
 fn holds_driven(scene: &Scene, path: &Path<'_>, number: usize) -> bool {
     let part = &scene.parts[number];
     let place = |part: &Part| (part.tool, scene.machine.rigid_body(part.link));
@@ -472,7 +472,7 @@ impl Slab {
     }
 }
 
-/// Whether a part of a turn, from a seventh to a half, takes what is farthest from the axis to where it was, at every height.
+/// Whether the outermost points at every height come back to themselves after a half, third, fifth or seventh of a turn.
 fn repeat(slabs: &[Slab]) -> bool {
     let is_near = |slab: &Slab, sector: usize| {
         (0..=MOST_EMPTY).any(|k| slab.sectors[(sector + k + SECTORS - MOST_EMPTY / 2) % SECTORS])

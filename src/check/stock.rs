@@ -302,7 +302,7 @@ impl<'a> Examined<'a, '_> {
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
     fn as_turned(&self, pair: Pair) -> Other {
         let part = pair.other(self.workpiece);
-        // Rings of a part stand for it beside a workpiece that turns about another axis.
+        // Beside a workpiece that turns about another axis, the rings replace the part.
         let scene = &self.spun.scene;
         let axis_from_part = self.spun.axis_of(part);
         // A round workpiece stands while a driven tool turns beside it.

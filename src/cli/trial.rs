@@ -124,7 +124,7 @@ impl MadeScene {
         let is_ours = fs::read_to_string(folder.join("scene.toml")).is_ok_and(|text| text.starts_with(MADE));
         ensure!(
             is_ours || !folder.exists(),
-            "{} is there and not from here; name another folder with --out",
+            "{} exists and was not made by `bvbench try`; name another folder with --out",
             folder.display()
         );
         let bytes = |file: &str| rs274::file::bytes(Path::new(file), LARGEST_FILE);
@@ -151,7 +151,7 @@ impl MadeScene {
         let real = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
         let name = real.file_name().unwrap_or_default().to_string_lossy();
         let scene = Scene::from_memory(&name, self.files.clone(), &Overrides::default());
-        scene.with_context(|| format!("{} and the meshes, by the names of their copies", self.poses))
+        scene.with_context(|| format!("no scene can be made of {} and the meshes (named as their copies)", self.poses))
     }
 
     /// Writes the files that are not in the folder as they are, the scene file last: it makes the folder a scene.

@@ -93,7 +93,7 @@ pub enum MergeError {
         difference: &'static str,
     },
     /// A manifest is not that of the plan that its shard began with.
-    #[error("the manifest of {} was changed: it tells another plan than the shard began with; make the shard again with --fresh", .0.display())]
+    #[error("the manifest of {} was changed: its plan is not the one that the shard began with; make the shard again with --fresh", .0.display())]
     Edited(PathBuf),
     /// The shards were made by another version.
     #[error("{shard} is of {found}, this is {here}: merge with the program that made the shards", shard = shard.display())]

@@ -1,9 +1,8 @@
 //! A turning part as pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
 //!
-//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. It is several of
-//! these where a circle between them is wholly outside the mesh, as between a hole saw and its pilot drill. Between two heights at which vertices
-//! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. A
-//! point of a piece that is nearer to the axis than its outline by more than the greatest difference of the two is in the swept body. Shells of a
+//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. Where circles wholly outside the mesh separate parts of it, as between a hole saw and its pilot drill, it is a disc and rings, or several rings. Between two heights at which vertices
+//! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. The slack of a piece is the greatest difference of these bounds: a point nearer to the axis than the outline by more than that is in the swept
+//! body. Shells of a
 //! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
 
 use super::bore::{Bore, BoreSlab, upper_envelope};
@@ -45,7 +44,7 @@ pub(super) struct Piece {
     pub convex: Convex,
     /// What is hollow of it.
     pub bore: Option<Bore>,
-    /// How much nearer to the axis than the piece's outline a point must be to be in the body for sure, mm; infinite where no point is. Its ends are where they are.
+    /// Uncertainty of the radius, mm: a point nearer to the axis than the outline by more than this is in the body for sure. Infinite if no point is. The ends are exact.
     pub slack_mm: f64,
     /// Largest radius, and lowest and highest z, mm.
     radius: f64,
@@ -311,7 +310,7 @@ struct Upright<'a> {
 }
 
 impl Upright<'_> {
-    /// A slab as the discs and rings that it is of, the outermost first; as one of which nothing is known where they are not the same at all its heights.
+    /// Splits a slab into its discs and rings, outermost first. If they differ between its heights, gives one slab of which nothing is known.
     fn rings(&self, slab: &Slab) -> Vec<Slab> {
         let [low, high] = slab.z;
         let meets = |face: &&[u32; 3]| {
@@ -497,7 +496,7 @@ impl Slab {
         if k == PARTS { high } else { low + (high - low) * (k as f64 / PARTS as f64) }
     }
 
-    /// Raises the radius from inside to the least of all parts, each with the edge that is farthest out, where that is more than one edge says.
+    /// Raises the inner radius to one value, the least over all parts, if that is above the present radius halfway up. Each part counts with its outermost edge.
     fn raise(&mut self, least: &[f64; PARTS]) {
         let [below, above] = self.inner;
         let of_one = |k: usize| below + (above - below) * (k as f64 / PARTS as f64);

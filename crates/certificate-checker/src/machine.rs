@@ -145,7 +145,7 @@ impl Machine {
         up(link).filter(|link| !others.contains(link) && self.links[*link].joint.is_some()).collect()
     }
 
-    /// Whether a rotary joint follows this axis.
+    /// Whether this axis is A, B or C, or drives a rotary joint.
     fn turns(&self, axis: usize) -> bool {
         let is_turned = |joint: &Joint| joint.axis == axis && joint.turns.is_some();
         ROTARY.contains(&axis) || self.links.iter().filter_map(|link| link.joint.as_ref()).any(is_turned)

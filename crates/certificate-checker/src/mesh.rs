@@ -108,7 +108,7 @@ impl Mesh {
         found
     }
 
-    /// Whether n·x >= c, mm, at every corner x of a node's faces. The node's box is asked first.
+    /// Whether n·x >= c (mm) for every corner x of a node's faces. The node's box is tried first.
     pub fn is_beyond(&self, node: Node, n: &V, c: f64, work: &Work) -> bool {
         let is_there = |p: &V| dot(n, p).lo >= c;
         let are_there = |node: Node| match node.halves() {

@@ -38,8 +38,8 @@ pub(crate) fn identity(security: &Security) -> Result<IdentityToken, String> {
     }
 }
 
-/// Lets nobody else read the private key in a folder of certificates, before and after the library makes one, if it does: it makes it as the
-/// process makes any file.
+/// Keeps other users from reading the private key in a folder of certificates. Call it before and after the library may make one: it makes the key
+/// with the process's default permissions.
 ///
 /// # Errors
 /// When a permission cannot be set.

@@ -52,7 +52,7 @@ impl Services for Arc<Session> {
 pub(crate) struct Output {
     /// Whether the machine is held.
     pub hold: bool,
-    /// Whether the hold may be another than the one written before.
+    /// Whether the hold may differ from the one written last.
     pub hold_changes: bool,
     /// The verdict.
     pub verdict: Verdict,

@@ -405,7 +405,7 @@ fn target(node: &Node, found: BrowsePathResult) -> Result<NodeId, Fault> {
     }
 }
 
-/// A node of a type that tells the numbers 0 to `most` apart, and a value of that type.
+/// A node, and a value of its type, which must hold the numbers 0 to `most`.
 async fn writable(session: &Session, config: &Config, node: &Node, most: u32) -> Result<Target, Fault> {
     let node_id = resolve(session, config, node).await?;
     let read = ReadValueId { node_id: node_id.clone(), attribute_id: AttributeId::Value as u32, ..Default::default() };

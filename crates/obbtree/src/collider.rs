@@ -121,7 +121,7 @@ impl Collider {
         Ok(found.expect("two meshes have a distance"))
     }
 
-    /// As [`Collider::distance`] where the distance is below `limit`; `None`, and sooner known, where it is not. No distance is below NaN.
+    /// As [`Collider::distance`] if the distance is below `limit`; otherwise `None`, which is found sooner. `None` if `limit` is NaN.
     ///
     /// # Errors
     /// As [`Collider::distance`].

@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// Largest translation at which a distance is told: whatever the meshes, it is finite.
+/// Largest translation for which a distance is computed: up to it the distance of any two meshes is finite.
 const LIMIT: f64 = power_of_two(1022);
 
 thread_local! {
@@ -132,7 +132,7 @@ impl Pair {
         Ok(self.distance_seen(&seen, below, proximity))
     }
 
-    /// As [`Pair::distance_below`] where the translation is too far for the pair's unit: in the finest that it is not too far for.
+    /// As [`Pair::distance_below`] for a translation that is too large for the pair's unit: in the finest unit that holds it.
     fn distance_far(&self, a_from_b: &Isometry3<f64>, below: f64) -> Result<Option<Nearest>, PoseError> {
         let farthest = self.between_origins(a_from_b)?.translation.vector.amax();
         if farthest > LIMIT {

@@ -296,7 +296,7 @@ impl Interpreter<'_> {
     fn refuse_other_zero(&self, values: &Values) -> Result<(), Fault> {
         let sets_zero = |code: &&Code| code.number == 520 || (code.number == 920 && values.has_axis());
         let code = values.code(Group::NonModal).filter(sets_zero).or_else(|| values.code(Group::Coordinates));
-        let why = "another zero (G52, G54 to G59, G92) in turned, scaled or mirrored coordinates on Fanuc's controls; G69, G50 or G50.1 ends these";
+        let why = "another zero (G52, G54 to G59, G92) while coordinates are turned, scaled or mirrored, on Fanuc's controls; cancel that first (G69, G50, G50.1)";
         match code.filter(|_| self.setup.dialect == Dialect::Fanuc) {
             Some(code) => Err(code.fault(Cause::NotAllowed(why))),
             None => Ok(()),

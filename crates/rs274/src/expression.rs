@@ -172,12 +172,12 @@ impl Expression {
         self.steps.iter().any(|(step, _)| *step == Step::Function(Function::Round))
     }
 
-    /// Whether anything in it is compared.
+    /// Whether the expression contains a comparison.
     pub fn compares(&self) -> bool {
         self.steps.iter().any(|(step, _)| matches!(step, Step::Binary(operator) if operator.compares()))
     }
 
-    /// What it comes to as a number: a vacant variable is zero.
+    /// Its value as a number; a vacant variable counts as zero.
     pub fn number(&self, parameters: &Parameters) -> Result<f64, Fault> {
         self.evaluate(parameters).map(or_zero)
     }

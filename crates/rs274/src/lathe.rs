@@ -136,7 +136,7 @@ impl Interpreter<'_> {
             places.extend(stops(start[across], target[across], step)?);
         }
         if relief > 0.0 && (places.len() == 1 || step.is_none()) {
-            let why = "R, the relief at the bottom, of a single cut or without the step from cut to cut: its sign gives the side, and controls differ";
+            let why = "R, the relief at the bottom, in a cycle with a single cut or without a step between cuts: its sign would give the side, and controls differ; remove R or give the step";
             return Err(values.fault('r', Cause::NotAllowed(why)));
         }
         let aside = relief.copysign(start[across] - target[across]);

@@ -105,7 +105,7 @@ pub(super) struct Parameters {
     is_haas: bool,
     /// The program's units in a mm or a degree, by axis: those of Fanuc's origins. The interpreter keeps them up to date.
     pub units: [f64; 9],
-    /// Whether Fanuc's ATAN or ASIN has given an angle that another setting of the control makes a turn less, since the interpreter asked.
+    /// Whether, since the interpreter last asked, Fanuc's ATAN or ASIN gave an angle that is 360 degrees less where parameter 6004#0 is 1.
     pub has_full_turn: Cell<bool>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
@@ -291,9 +291,8 @@ fn is_common(index: usize, is_haas: bool) -> bool {
     matches!(index, 1..=33 | 100..=999) || (is_haas && matches!(index, 10_000..=10_999))
 }
 
-/// Fanuc's variables before a program: local and common ones vacant, but for those that the control keeps, Fanuc's from #500 and all of
-/// Haas's common ones; clocks, messages and modes of execution, external offset and all that holds places and offsets zero; other system
-/// variables unknown.
+/// Fanuc's and Haas's variables before a program. Local and common ones are vacant, but those that the control keeps are unset: Fanuc's from #500,
+/// all of Haas's. Clocks, messages, modes of execution, the external offset, positions and offsets are zero. Other system variables are unknown.
 fn variables(dialect: Dialect) -> Vec<f64> {
     let is_haas = dialect == Dialect::Haas;
     let first_kept = if is_haas { 100 } else { 500 };

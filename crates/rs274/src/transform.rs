@@ -22,7 +22,7 @@ pub(super) struct Transforms {
 }
 
 impl Transforms {
-    /// Whether any is in force.
+    /// Whether any mirror, scale or turn is in force.
     pub fn are_on(&self) -> bool {
         *self != Self::default()
     }

@@ -64,7 +64,7 @@ fn deadlines_weigh_strata_equally() {
     assert_eq!(deadline("mill", &case, &[], [1.0; 3], 1.0), None);
 }
 
-/// Without programs, the poses of one's own count before generated ones, as in the ranking; by name, `random` would come first.
+/// In a scene without programs recorded poses come before generated ones, as in the ranking. In the order of names, `random` would come first.
 #[test]
 fn a_scene_without_programs_repays_by_the_workload_that_ranks_it() {
     let mut run = Run::generate(&Plan::default());

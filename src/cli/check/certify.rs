@@ -36,7 +36,7 @@ impl Written {
         Ok(Self { certificate, variant: variant.map(|variant| variant.info.id), search_s: super::seconds(ns) })
     }
 
-    /// Lines of the blocks that are not proved free, each with what is in doubt; rapids near the workpiece are none of them where the check cuts it.
+    /// Lines of the blocks that are not proved free, each with what is in doubt. If the check cuts the workpiece, rapids near it are left out.
     pub(super) fn unproved(&self, scene: &Scene, is_cut: bool) -> Vec<(u32, String)> {
         let most = if is_cut { Verdict::Stock } else { Verdict::Free };
         let mut pairs: BTreeMap<(u32, Verdict), BTreeSet<String>> = BTreeMap::new();

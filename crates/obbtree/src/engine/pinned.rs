@@ -127,7 +127,7 @@ fn costs<V: WideVolume>() -> Option<Vec<[u64; 2]>> {
 #[test]
 fn queries_cost_what_they_did() {
     let costs = [costs::<Oriented>(), costs::<Aligned>(), costs::<Ball>()];
-    // Sixteen lanes ask the axes of edges for both visits of a pass or for neither: a path keeps other gaps than with eight.
+    // With sixteen lanes the axes of edges are asked for both visits of a pass or for neither, so a path keeps other gaps than with eight.
     let sixteen = Simd::available()[0].name() == "avx512";
     let [oriented, aligned] = if sixteen { [8548, 13_055] } else { [8635, 13_182] };
     let pinned = [

@@ -147,7 +147,7 @@ fn objects_of_any_size_are_as_near_as_they_are() {
     }
 }
 
-/// Of a point, and of what is nearly one, most others are far in its own unit.
+/// In the unit of a point, or of a mesh that is nearly a point, most other objects are far away.
 #[test]
 fn points_and_far_objects_leave_the_nearest_to_be_found() {
     let point = Collider::new(Mesh::new([[0.0; 3]], [[0, 0, 0]]).unwrap());

@@ -1,4 +1,4 @@
-//! What tests of programs share.
+//! Helpers that the tests of programs share.
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
@@ -9,7 +9,7 @@ pub fn run(source: &str, setup: &Setup) -> Program {
     interpret(source, Path::new("part.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
 }
 
-/// What is told of a program that is wrong.
+/// The error message of a program that must be refused.
 pub fn refused(source: &str, setup: &Setup) -> String {
     interpret(source, Path::new("bad.nc"), setup).map(|program| ends(&program)).expect_err(source).to_string()
 }
