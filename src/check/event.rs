@@ -260,8 +260,7 @@ impl OfPair<'_> {
         let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
         let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
         if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
-            let is_feed = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
-            let is_stopped = |step: &Move| is_feed(step) && step.spindle_rpm == 0.0;
+            let is_stopped = |step: &Move| step.kind.is_feed() && step.spindle_rpm == 0.0;
             let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
             let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
             let stopped: Vec<_> = stopped.collect();

@@ -438,8 +438,8 @@ const STILL: f64 = 1e-9;
 /// Tools in use without a part, in a scene whose tools have some; tool 0, no tool, where the program feeds with none.
 fn tools_without_parts(scene: &Scene, run: &ProgramRun, reach: &pairs::Reach) -> Vec<u32> {
     let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
-    let feeds = |step: &rs274::Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
-    let feeds_without = || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && feeds(step));
+    let feeds_without =
+        || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && step.kind.is_feed());
     let used = reach.tools.iter().flatten().map(|(&tool, _)| tool);
     used.filter(|&tool| scene.changes_tools() && !has_part(tool) && (tool != 0 || feeds_without())).collect()
 }

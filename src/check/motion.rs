@@ -140,8 +140,7 @@ impl<'a> Path<'a> {
 
     /// Text of a line of the program.
     pub fn block(&self, line: u32) -> &str {
-        let index = (line as usize).checked_sub(1);
-        index.and_then(|index| self.run.program.blocks.get(index)).map_or("", |block| block.trim())
+        self.run.block(line)
     }
 }
 

@@ -84,12 +84,14 @@ impl Spun {
         let tools = run.tools();
         for (number, part) in scene.parts.iter().enumerate() {
             let is_used = part.tool.is_none_or(|tool| tools.contains(&tool));
-            if !is_used || part.turns == Some(Turns::Nothing) {
+            if !is_used {
                 continue;
             }
-            let turned = match &lathe {
-                Some(spindles) => spindles.turning(scene, path, number),
-                None => on_mill(scene, run, number),
+            let turned = match (part.turns, &lathe) {
+                (Some(Turns::Nothing), _) => None,
+                (Some(Turns::Own), _) => Some(driven(scene, number)),
+                (_, Some(spindles)) => spindles.turning(scene, path, number),
+                (_, None) => on_mill(scene, run, part),
             };
             let Some(TurnedBy { spindle, about, is_unsure }) = turned else { continue };
             spun.spindles[number] = Some(spindle);
@@ -203,9 +205,6 @@ impl WorkSpindles {
     /// What turns a part; `None` where nothing does.
     fn turning(&self, scene: &Scene, path: &Path<'_>, number: usize) -> Option<TurnedBy> {
         let (machine, part) = (&scene.machine, &scene.parts[number]);
-        if part.turns == Some(Turns::Own) {
-            return Some(driven(scene, number));
-        }
         let body = machine.rigid_body(part.link);
         if let Some(spindle) = machine.chain(part.link).find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
@@ -288,9 +287,8 @@ const fn is_of_tool(part: &Part) -> bool {
     matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
 }
 
-/// A tool's parts about its axis, or their own.
-fn on_mill(scene: &Scene, run: &ProgramRun, number: usize) -> Option<TurnedBy> {
-    let part = &scene.parts[number];
+/// What turns a part of a mill: the spindle, where it is a part of the tool.
+fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =
         run.tip.as_ref().filter(|tip| is_of_tool(part) && body(tip.tool_link) == body(part.link)).map(|tip| {
@@ -298,13 +296,9 @@ fn on_mill(scene: &Scene, run: &ProgramRun, number: usize) -> Option<TurnedBy> {
             let tool_from_link = zero.world_from(tip.tool_link).inv_mul(&zero.world_from(part.link));
             upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
         });
-    let turned = |about| Some(TurnedBy::new(body(part.link), about));
     match (part.turns, spindle) {
-        (Some(Turns::Nothing), _) => None,
-        (Some(Turns::Own), _) => Some(driven(scene, number)),
-        (Some(Turns::Spindle), None) => turned(About::Unknown),
         (None, None) if !is_of_tool(part) || Revolved::around(&part.mesh).filled >= ROUND => None,
-        (None, None) => turned(About::Unknown),
+        (_, None) => Some(TurnedBy::new(body(part.link), About::Unknown)),
         (turns, Some(axis)) => {
             let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
             Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), About::Axis(axis)) })

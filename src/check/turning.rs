@@ -14,7 +14,7 @@ use crate::scene::{Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
-use rs274::{Axis, MoveKind, Plane, Position};
+use rs274::{Axis, Plane, Position};
 use std::cell::RefCell;
 use std::sync::Arc;
 
@@ -149,24 +149,24 @@ impl Turning {
 
 /// Places at the ends of a part's feeds.
 fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
-    let is_feed = move |at: &usize| matches!(path.step(*at as f64).kind, MoveKind::Feed | MoveKind::Arc { .. });
+    let is_feed = move |at: &usize| path.step(*at as f64).kind.is_feed();
     let is_mounted = move |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
     (1..=path.samples().len()).filter(is_feed).filter(is_mounted)
 }
 
 /// Whether a cutter on a lathe is driven, or may be: it is round and never feeds.
 pub(super) fn may_be_driven(scene: &Scene, path: &Path<'_>, cutter: usize) -> bool {
-    let body = Body::turning(&scene.parts[cutter].mesh, 0.0);
-    let is_driven = |axis: WorkAxis| {
-        Turning::new(scene, path, &axis, false, cutter, &body).is_driven(scene, path, &axis, cutter, &body)
-    };
-    let is_open = || body.axis().is_some() && feeds_of(scene, path, cutter).next().is_none();
+    let part = &scene.parts[cutter];
+    if let Some(turns) = part.turns {
+        return turns != Turns::Nothing;
+    }
+    let body = Body::turning(&part.mesh, 0.0);
+    if body.axis().is_some() && feeds_of(scene, path, cutter).next().is_none() {
+        return true;
+    }
     let workpieces = (0..scene.parts.len()).filter(|&part| scene.parts[part].role == Role::Workpiece);
     let mut axes = workpieces.filter_map(|workpiece| WorkAxis::of(scene, path, workpiece));
-    match scene.parts[cutter].turns {
-        Some(turns) => turns != Turns::Nothing,
-        None => is_open() || axes.any(is_driven),
-    }
+    axes.any(|axis| Turning::new(scene, path, &axis, false, cutter, &body).is_driven(scene, path, &axis, cutter, &body))
 }
 
 impl WorkAxis {

@@ -4,6 +4,7 @@ use super::progress::Bar;
 use super::{CLEAR, FAILED, check, merge, say, style};
 use crate::analysis::ablation::{Ablation, Counted, Form, PARTS, Timed, analyze_ablation};
 use crate::analysis::claims::ClaimSet;
+use crate::analysis::distinct;
 use crate::measure::Profile;
 use crate::measure::ablation::{Asked, ablation};
 use crate::measure::shard::Shard;
@@ -139,13 +140,7 @@ fn table(rows: &[Counted], times: &[Timed]) -> Table {
         ">us A POSE",
         ">MISSED",
     ]);
-    let mut seen: Vec<(&str, &str, u8, u8)> = Vec::new();
-    for row in rows.iter().filter(|row| row.form.sweep == PARTS) {
-        let form = key(&row.form);
-        if seen.contains(&form) {
-            continue;
-        }
-        seen.push(form);
+    for form in distinct(rows.iter().filter(|row| row.form.sweep == PARTS).map(|row| key(&row.form))) {
         let of = |hit: u8| {
             rows.iter().filter(move |row| row.form.sweep == PARTS && row.hit() == hit && key(&row.form) == form)
         };

@@ -7,7 +7,7 @@ use crate::analysis::claims::ClaimSet;
 use crate::measure::Plan;
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
-use crate::scene::{Overrides, Scene};
+use crate::scene::{LARGEST_FILE, Overrides, Scene};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use serde_json::json;
@@ -98,9 +98,6 @@ fn is_mesh(path: &str) -> bool {
 
 /// First line of a scene that was made here, which may be made again.
 const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
-
-/// Largest mesh or pose file, bytes: the limit for all files of a scene.
-const LARGEST_FILE: u64 = 1 << 30;
 
 /// A scene of meshes and poses, to be written beside the folder of a run.
 struct MadeScene {

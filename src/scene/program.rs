@@ -262,6 +262,12 @@ impl ProgramRun {
         Ok(followed)
     }
 
+    /// Text of a line of the program.
+    pub fn block(&self, line: u32) -> &str {
+        let index = (line as usize).checked_sub(1);
+        index.and_then(|index| self.program.blocks.get(index)).map_or("", |block| block.trim())
+    }
+
     /// The tool in the spindle during each move, 0 for none; the move of a tool change has the new tool.
     pub fn tools(&self) -> Vec<u32> {
         let mut tool = self.setup.tool;

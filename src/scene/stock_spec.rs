@@ -1,5 +1,6 @@
 //! Stock given by its dimensions or by a mesh file, in the coordinates of G54: the workpiece before the first cut.
 
+use super::folder::LARGEST_FILE;
 use super::{Part, Role};
 use crate::geometry::import::{self, Unit};
 use crate::geometry::shapes::round::Cylinder;
@@ -10,8 +11,6 @@ use std::sync::Arc;
 
 /// The name of the part that represents the stock.
 const PART_NAME: &str = "stock";
-/// Largest mesh file, bytes: the limit for all files of a scene.
-const LARGEST_FILE: u64 = 1 << 30;
 /// Tessellation of round stock: its chords deviate by at most 0.0027 mm up to a diameter of 4.5 m.
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
 

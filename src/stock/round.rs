@@ -1,9 +1,11 @@
 //! A turning part as pieces: the body of revolution around its mesh, and by how much the mesh may fall short of it.
 //!
-//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not. Where circles wholly outside the mesh separate parts of it, as between a hole saw and its pilot drill, it is a disc and rings, or several rings. Between two heights at which vertices
-//! lie, the distance from the axis is a convex function along each edge: chords bound the radius from outside, tangents from inside. The slack of a piece is the greatest difference of these bounds: a point nearer to the axis than the outline by more than that is in the swept
-//! body. Shells of a
-//! mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open mesh the outer body is a cylinder, and nothing is swept for sure.
+//! A spindle turns the mesh. What it sweeps at a height is a disc where the mesh holds the axis, and a ring around a bore ([`super::bore`]) where it does not.
+//! Where circles wholly outside the mesh separate parts of it, as between a hole saw and its pilot drill, it is a disc and rings, or several rings; whether they
+//! do is asked at five heights between two neighbouring ones at which vertices lie. Between these two, the distance from the axis is a convex function along each
+//! edge: chords bound the radius from outside, tangents from inside. The slack of a piece is the greatest difference of these bounds: a point nearer to the axis
+//! than the outline by more than that is in the swept body. Shells of a mesh that overlap, such as inserts in their holder, are bodies of their own. Of an open
+//! mesh the outer body is a cylinder, and nothing is swept for sure.
 
 use super::bore::{Bore, BoreSlab, upper_envelope};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};

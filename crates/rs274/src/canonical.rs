@@ -110,6 +110,12 @@ pub enum MoveKind {
 }
 
 impl MoveKind {
+    /// Whether it feeds: in a straight line or an arc.
+    #[must_use]
+    pub const fn is_feed(&self) -> bool {
+        matches!(self, Self::Feed | Self::Arc { .. })
+    }
+
     /// Its name in listings.
     #[must_use]
     pub const fn name(&self) -> &'static str {

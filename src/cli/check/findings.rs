@@ -4,7 +4,7 @@ use super::stock::Left;
 use super::{Checked, axes, clock, near_pairs, tool_without_part};
 use crate::check::{Event, Extent, Kind, OverTravel};
 use crate::scene::{Pair, ProgramRun, Scene};
-use rs274::{Move, MoveKind};
+use rs274::Move;
 
 /// A kind of finding.
 pub struct Rule {
@@ -187,15 +187,13 @@ fn of_over_travel(over: &OverTravel) -> Finding<'_> {
 
 /// A finding of a line as a whole.
 fn of_line<'a>(id: &str, run: &'a ProgramRun, line: u32, message: String) -> Finding<'a> {
-    let index = (line as usize).checked_sub(1);
-    let block = index.and_then(|index| run.program.blocks.get(index)).map_or("", |block| block.trim());
-    let (rule, line, subject) = (rule(id), line.max(1), String::new());
+    let (rule, block, line, subject) = (rule(id), run.block(line), line.max(1), String::new());
     Finding { rule, line, block, message, pair: None, subject, time_s: None, at: None }
 }
 
 /// At the first feed with the tool, else at its first move.
 fn of_tool(run: &ProgramRun, tool: u32) -> Finding<'_> {
-    let feeds = |step: &&Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+    let feeds = |step: &&Move| step.kind.is_feed();
     let with_it: Vec<&Move> =
         run.program.moves.iter().zip(run.tools()).filter(|&(_, other)| other == tool).map(|(step, _)| step).collect();
     let first = with_it.iter().copied().find(feeds).or_else(|| with_it.first().copied());
