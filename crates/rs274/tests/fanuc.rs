@@ -522,7 +522,10 @@ fn pecks_and_threads_of_a_lathe() {
     assert_eq!(turned(&relieved.replace("R0.5", "R0")).len(), 11);
     for words in ["Z-5.Q2000", "X30.Z-5."] {
         let source = format!("S100M3G0X40.Z2.\nG74{words}R0.5F0.1\nM30");
-        assert!(refused(&source, &lathe()).contains("the relief at the bottom, in a cycle with a single cut"), "{source}");
+        assert!(
+            refused(&source, &lathe()).contains("the relief at the bottom, in a cycle with a single cut"),
+            "{source}"
+        );
         turned(&source.replace("R0.5", "R0"));
     }
     // A thread 1 mm high with a first cut of 0.5: at 0.5, 0.707, 0.866, 1, and once more as P says.
