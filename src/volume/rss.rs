@@ -228,6 +228,9 @@ mod tests {
         let ends: Vec<Vector> =
             fitted.outline().iter().flatten().map(|end| fitted.axes.tr_mul(&(end - fitted.centre))).collect();
         assert!(ends.iter().all(|end| (point_squared(end, fitted.half) - 4.0).abs() < 1e-9));
+        // The shortest line is a twelfth of a half circle, as a chord.
+        let shortest = 4.0 * (PI / 24.0).sin();
+        assert!(fitted.outline().iter().all(|[start, end]| (end - start).norm() > shortest - 1e-9));
         for (axis, most) in [7.0, 5.0, 2.0].into_iter().enumerate() {
             let reach = |sign: f64| ends.iter().map(|end| sign * end[axis]).fold(0.0, f64::max);
             assert!((reach(1.0) - most).abs() < 1e-9 && (reach(-1.0) - most).abs() < 1e-9, "{axis}");
