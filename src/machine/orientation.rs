@@ -6,6 +6,11 @@
 //! these joints rotate the workpiece instead of the tool. For two axes that are not parallel, this has two solutions in closed form: B.
 //! Paden, "Kinematics and control of robot manipulators", thesis, Berkeley 1986, second subproblem; R. Murray, Z. Li, S. Sastry, "A
 //! mathematical introduction to robotic manipulation", 1994, section 3.3.
+//!
+//! Of two solutions within the limits, the one is preferred that Fanuc's controls take for G53.1: the axes are compared in turn, the one
+//! nearer to the machine's base first, or the table's where the other is the head's. The solution with the least travel of the first axis
+//! is taken; on a tie, with the least travel of the second, then with the first nearest to a whole turn, then the second. Fanuc, "Series
+//! 16i/18i/180is-MB5 operator's manual", "Angle of rotation axis".
 
 use super::joint::{LIMIT_SLACK, Motion, OutOfLimits};
 use super::tip::TipControl;
@@ -13,13 +18,14 @@ use super::tree::Machine;
 use crate::geometry::Vector;
 use nalgebra::{Rotation3, Unit};
 use rs274::{Axis, Position};
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 use thiserror::Error;
 
 /// Sine of the angle below which two axes count as parallel. The relative accuracy of the solutions falls in proportion to this sine.
 const PARALLEL: f64 = 1e-4;
-/// Sine of the angle below which two directions count as equal: a thousandth of the resolution of any rotary axis, and far above rounding
-/// (1e-16 over [`PARALLEL`]).
+/// Sine of the angle below which two directions count as equal, and difference below which two travels do, radians: a thousandth of the
+/// resolution of any rotary axis, and far above rounding (1e-16 over [`PARALLEL`]).
 const SAME: f64 = 1e-9;
 /// The two solutions count as one when the square of half their distance is below this fraction of the vector's distance from the first
 /// axis. This is the rounding error of a difference that should be zero.
@@ -41,8 +47,7 @@ pub struct Solution {
 /// Both solutions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solutions {
-    /// The preferred solution: within the limits, and of two such solutions the one that is reached first when both axes are equally fast
-    /// (the longer of the two axes' travels is shorter). On a tie, the one with less travel in total.
+    /// The preferred solution: within the limits, and of two such solutions the one that Fanuc's controls take.
     pub chosen: Solution,
     /// The other solution, possibly outside the limits; `None` when the two coincide.
     pub other: Option<Solution>,
@@ -83,6 +88,8 @@ struct Turn {
     /// Radians of the joint per unit of the axis, negative when the joint carries the workpiece.
     gain: f64,
     direction: Vector,
+    /// Whether the joint carries the workpiece.
+    carries_work: bool,
 }
 
 impl TipControl {
@@ -115,7 +122,7 @@ impl TipControl {
         let mut solutions = angles.into_iter().map(|angles| solution(machine, &turns, angles, previous));
         let Some(first) = solutions.next() else { return Err(OrientationError::Unreachable { axes }) };
         let (chosen, other) = match solutions.next() {
-            Some(second) if is_better(&second, &first) => (second, Some(first)),
+            Some(second) if is_better(&second, &first, &turns) => (second, Some(first)),
             second => (first, second),
         };
         chosen.limits?;
@@ -129,7 +136,7 @@ impl TipControl {
             let joint = machine.links()[link].joint.as_ref()?;
             let Motion::Rotary { direction, .. } = joint.motion else { return None };
             let direction = at_zero.world_from(Some(link)).rotation * direction.into_inner();
-            Some(Turn { axis: joint.axis, gain: sign * joint.gain(), direction })
+            Some(Turn { axis: joint.axis, gain: sign * joint.gain(), direction, carries_work: sign < 0.0 })
         };
         let work = machine.up_to_shared(self.work_link, self.tool_link);
         let mut turns: Vec<Turn> = work.filter_map(|link| turn(link, -1.0)).collect();
@@ -144,12 +151,23 @@ impl TipControl {
     }
 }
 
-/// Whether `one` is preferred to `other`.
-fn is_better(one: &Solution, other: &Solution) -> bool {
-    let longer = |solution: &Solution| solution.travel[0].abs().max(solution.travel[1].abs());
-    let sum = |solution: &Solution| solution.travel[0].abs() + solution.travel[1].abs();
-    let order = other.limits.is_ok().cmp(&one.limits.is_ok());
-    order.then(longer(one).total_cmp(&longer(other))).then(sum(one).total_cmp(&sum(other))).is_lt()
+/// Whether `one` is preferred to `other`: within the limits, then by the first of their [`costs`] that differs.
+fn is_better(one: &Solution, other: &Solution, turns: &[Turn; 2]) -> bool {
+    let mut pairs = costs(one, turns).into_iter().zip(costs(other, turns));
+    let decisive = pairs.find(|(one, other)| (one - other).abs() > SAME);
+    let by_cost = decisive.map_or(Ordering::Equal, |(one, other)| one.total_cmp(&other));
+    other.limits.is_ok().cmp(&one.limits.is_ok()).then(by_cost).is_lt()
+}
+
+/// Travels of the two axes and their distances from a whole turn, radians, in the order in which they decide.
+fn costs(solution: &Solution, turns: &[Turn; 2]) -> [f64; 4] {
+    // Of two axes of the table, the second is nearer to the base.
+    let first = usize::from(turns[1].carries_work);
+    let [one, other] = [first, 1 - first].map(|index| {
+        let angle = solution.position[turns[index].axis] * turns[index].gain;
+        [solution.travel[index].abs(), (angle - TAU * (angle / TAU).round()).abs()]
+    });
+    [one[0], other[0], one[1], other[1]]
 }
 
 /// The axis positions for two joint angles; an angle of `None` has no effect.

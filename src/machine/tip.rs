@@ -200,12 +200,13 @@ impl TipKinematics for ControlledMachine {
         self.control.axes(&self.machine, tip, length_mm).map_err(|error| error.to_string())
     }
 
-    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<Position, String> {
+    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String> {
         let vector = Unit::try_new(Vector::from(vector), f64::MIN_POSITIVE);
         let vector = vector.ok_or_else(|| "a tool vector of no length".to_owned())?;
         let solutions = self.control.orient(&self.machine, &vector, axes).map_err(|error| error.to_string())?;
         solutions.chosen.limits.map_err(|error| error.to_string())?;
-        Ok(solutions.chosen.position)
+        let other = solutions.other.filter(|other| other.limits.is_ok());
+        Ok((solutions.chosen.position, other.map(|other| other.position)))
     }
 }
 
@@ -353,16 +354,19 @@ mod tests {
         }
     }
 
-    /// The axes at the end of a program's moves, and the last tool length under tool-centre-point control.
-    fn axes_after(program: &str, machine: &Machine, control: &TipControl) -> Position {
+    fn interpreted(program: &str, machine: &Machine, control: &TipControl) -> Result<rs274::Program, String> {
         let tool = rs274::Tool::with_length(80.0, 10.0);
         let setup = rs274::Setup {
             tools: [(1, tool)].into(),
             kinematics: Some(control.kinematics(machine)),
             ..rs274::Setup::default()
         };
-        let program =
-            rs274::interpret(program, std::path::Path::new("tip.ngc"), &setup).unwrap_or_else(|e| panic!("{e}"));
+        rs274::interpret(program, std::path::Path::new("tip.ngc"), &setup).map_err(|error| error.to_string())
+    }
+
+    /// The axes at the end of a program's moves, and the last tool length under tool-centre-point control.
+    fn axes_after(program: &str, machine: &Machine, control: &TipControl) -> Position {
+        let program = interpreted(program, machine, control).unwrap_or_else(|e| panic!("{e}"));
         let last = program.moves.last().unwrap();
         last.tip_mm.map_or(last.end, |length| control.axes(machine, &last.end, length).unwrap())
     }
@@ -420,6 +424,22 @@ mod tests {
                 assert_eq!((plain[Axis::X], plain[Axis::Y], plain[Axis::Z]), (7.0, 8.0, 89.0));
             }
         }
+    }
+
+    #[test]
+    fn upright_takes_the_least_travel_of_the_axis_nearer_to_the_base_and_names_the_other_way() {
+        let (machine, control) = table_table();
+        let plane = "G0 A20 C0\nG68.2 I100 J30 K0\n";
+        for code in ["G53.1", "G53.1 P0"] {
+            let at = axes_after(&format!("{plane}{code}\nM2"), &machine, &control);
+            let found = [Axis::A, Axis::C].map(|axis| (at[axis].to_degrees() * 1e6).round() / 1e6);
+            assert_eq!(found, [30.0, 100.0], "{code}");
+        }
+        let program = interpreted(&format!("{plane}G53.1\nM2"), &machine, &control).unwrap();
+        let told = "G53.1 turns to A30 C100; at A-30 C-80 the tool is upright, too, and another control may turn there";
+        assert_eq!(program.notes.iter().map(|note| (note.line, &*note.text)).collect::<Vec<_>>(), [(3, told)]);
+        let error = interpreted(&format!("{plane}G53.1 P1\nM2"), &machine, &control).unwrap_err();
+        assert!(error.contains("tip.ngc:3:7") && error.contains("another way to choose"), "{error}");
     }
 
     #[test]

@@ -20,11 +20,11 @@ pub trait TipKinematics: Debug + Send + Sync {
     fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String>;
 
     /// The axis positions with the rotary axes turned such that the tool points along `vector`, from its tip up the tool, as the workpiece
-    /// sees it; linear axes stay.
+    /// sees it, and the other such positions within the machine's limits, if there are any; linear axes stay.
     ///
     /// # Errors
     /// Why the rotary axes cannot.
-    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<Position, String>;
+    fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String>;
 }
 
 /// A machine that interpreters share.

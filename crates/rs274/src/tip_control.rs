@@ -96,18 +96,19 @@ impl Interpreter<'_> {
         let mut vector = [0.0; 9];
         vector[..3].copy_from_slice(&given);
         self.offsets.to_machine_vector(&mut vector);
-        self.orient(&code, [vector[0], vector[1], vector[2]], target)
+        self.orient(&code, [vector[0], vector[1], vector[2]], target).map(|_| ())
     }
 
-    /// Turns the rotary axes of a position such that the tool points along `vector`.
-    fn orient(&self, code: &Code, vector: [f64; 3], position: &mut Values9) -> Result<(), Fault> {
+    /// Turns the rotary axes of a position such that the tool points along `vector`. Returns the other positions that would do.
+    fn orient(&self, code: &Code, vector: [f64; 3], position: &mut Values9) -> Result<Option<Values9>, Fault> {
         let machine = self.machine(code)?;
         let turned = machine.orient(vector, &to_canonical(&self.position));
-        let turned = from_canonical(&turned.map_err(|why| code.fault(Cause::Machine(why)))?);
+        let (turned, other) = turned.map_err(|why| code.fault(Cause::Machine(why)))?;
+        let turned = from_canonical(&turned);
         for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
             position[axis as usize] = turned[axis as usize];
         }
-        Ok(())
+        Ok(other.map(|other| from_canonical(&other)))
     }
 
     /// G68.2: coordinates in a plane with its origin at X, Y, Z, tilted by Euler's angles I, J, K (about Z, the new X, the new Z).
@@ -117,9 +118,7 @@ impl Interpreter<'_> {
                 code.fault(Cause::NotAllowed("a tilted plane under tool-centre-point control; G49 cancels that"))
             );
         }
-        if values.take_whole('p', 0..=9, "P", "a whole number")?.is_some_and(|kind| kind != 0) {
-            return Err(values.fault('p', Cause::NotAllowed("a tilted plane by other than Euler's angles (P0)")));
-        }
+        check_p0(values, "a tilted plane by other than Euler's angles (P0)")?;
         self.untransform(code)?;
         let origin = [Axis::X, Axis::Y, Axis::Z].map(|axis| self.take_axis(values, axis).unwrap_or(0.0));
         let angles = ['i', 'j', 'k'].map(|letter| values.take(letter).unwrap_or(0.0));
@@ -134,12 +133,19 @@ impl Interpreter<'_> {
         if !self.is_tilted {
             return Err(code.fault(Cause::NotAllowed("G53.1 without a tilted plane (G68.2)")));
         }
-        values.take('p');
+        check_p0(values, "another way to choose the rotary axes' positions than that of G53.1 without P")?;
         let mut normal = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         self.offsets.to_machine_vector(&mut normal);
         self.leave_tip_control(code)?;
         let mut target = self.position;
-        self.orient(code, [normal[0], normal[1], normal[2]], &mut target)?;
+        if let Some(other) = self.orient(code, [normal[0], normal[1], normal[2]], &mut target)? {
+            let differ = |axis: &Axis| axis.is_rotary() && target[*axis as usize] != other[*axis as usize];
+            let axes: Vec<Axis> = Axis::ALL.into_iter().filter(differ).collect();
+            let [taken, other] = [&target, &other].map(|position| degrees(position, &axes));
+            self.note(format!(
+                "G53.1 turns to {taken}; at {other} the tool is upright, too, and another control may turn there"
+            ));
+        }
         self.rapid_to(target)?;
         self.enter_tip_control(code)
     }
@@ -156,4 +162,19 @@ impl Interpreter<'_> {
         self.offsets.local = None;
         Ok(())
     }
+}
+
+/// Refuses a P other than 0.
+fn check_p0(values: &Values, why: &'static str) -> Result<(), Fault> {
+    match values.take_whole('p', 0..=9, "P", "a whole number")? {
+        None | Some(0) => Ok(()),
+        Some(_) => Err(values.fault('p', Cause::NotAllowed(why))),
+    }
+}
+
+/// Positions of rotary axes as words, to a thousandth of a degree.
+fn degrees(position: &Values9, axes: &[Axis]) -> String {
+    // Adding zero turns -0 into 0.
+    let value = |axis: Axis| (position[axis as usize] * 1e3).round() / 1e3 + 0.0;
+    axes.iter().map(|&axis| format!("{}{}", axis.letter(), value(axis))).collect::<Vec<_>>().join(" ")
 }

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866 --from A-20,C90 --tip 10,0,60 --json\n\nThe direction is the one from the tool's tip up the tool, on the workpiece, in the axes that X, Y and Z have while all axes are at zero. Of\nthe two solutions that is chosen which is within the limits and nearer to where the axes come from: the one with the shorter longest travel."
+    after_help = "Examples:\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866 --from A-20,C90 --tip 10,0,60 --json\n\nThe direction is the one from the tool's tip up the tool, on the workpiece, in the axes that X, Y and Z have while all axes are at zero. Of\nthe two solutions within the limits that is chosen which Fanuc's controls take for G53.1: the least travel of the axis nearer to the base\n(of the table's, where the other is the head's), then of the other, then the first nearest to a whole turn, then the other."
 )]
 pub struct Options {
     /// Scene by name or by path; it must say which links carry tool and workpiece

@@ -85,6 +85,44 @@ fn both_solutions_of_a_trunnion() {
 }
 
 #[test]
+fn the_axis_nearer_to_the_base_or_the_tables_decides_first() {
+    let (sine, cosine) = 30_f64.to_radians().sin_cos();
+    let (across, along) = 100_f64.to_radians().sin_cos();
+    // The directions that the two axes give at 30 and 100 degrees; the other solution is -30 and -80. Fanuc's manual ranks by the travel of
+    // the trunnion, of the table under a head, and of the fork, even where the other axis then travels farther.
+    for ((machine, control), direction, axes, from) in [
+        (table_table(FREE), vector(sine * across, sine * along, cosine), [Axis::A, Axis::C], [20.0, 0.0]),
+        (head_table(), vector(sine * along, -sine * across, cosine), [Axis::B, Axis::C], [-90.0, 20.0]),
+        (head_head(Vector::x()), vector(sine * across, -sine * along, cosine), [Axis::B, Axis::C], [-90.0, 20.0]),
+    ] {
+        let from = at(&[(axes[0], from[0]), (axes[1], from[1])]);
+        let found = control.orient(&machine, &direction, &from).unwrap();
+        assert_eq!(degrees(&found, axes), [Some([30.0, 100.0]), Some([-30.0, -80.0])]);
+        let longest = |solution: &Solution| solution.travel[0].abs().max(solution.travel[1].abs());
+        assert!(longest(&found.chosen) > longest(&found.other.unwrap()));
+    }
+}
+
+#[test]
+fn on_equal_travels_the_axis_nearer_to_a_whole_turn_decides() {
+    let (machine, control) = table_table(FREE);
+    let turns = control.turns(&machine).unwrap();
+    let solution = |[a, c]: [f64; 2], travel: [f64; 2]| {
+        let position = at(&[(Axis::A, a), (Axis::C, c)]);
+        Solution { position, free: None, travel, limits: Ok(()) }
+    };
+    // Travels are those of C and of A; rounding decides nothing.
+    for (better, worse) in [
+        (solution([50.0, 90.0], [2.0, 1.0]), solution([0.0, 0.0], [1.0, -1.5])),
+        (solution([50.0, 90.0], [-1.0, 1.0 + 1e-12]), solution([0.0, 0.0], [2.0, 1.0])),
+        (solution([350.0, 90.0], [1.0, 1.0 + 1e-12]), solution([20.0, 0.0], [1.0, -1.0])),
+        (solution([20.0, 350.0], [1.0, 1.0]), solution([-20.0, 30.0], [1.0, 1.0])),
+    ] {
+        assert!(is_better(&better, &worse, &turns) && !is_better(&worse, &better, &turns), "{better:?} {worse:?}");
+    }
+}
+
+#[test]
 fn limits_rule_out_a_solution_or_both() {
     let tilted = vector(0.5, 0.0, 0.75f64.sqrt());
     let (machine, control) = table_table([-20.0, 100.0]);
@@ -239,7 +277,7 @@ proptest! {
             prop_assert!(hits >= 1);
         }
         if let Some(other) = found.other {
-            prop_assert!(!is_better(&other, &found.chosen));
+            prop_assert!(!is_better(&other, &found.chosen, &turns));
         }
     }
 }
