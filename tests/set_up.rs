@@ -201,6 +201,27 @@ fn tools_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn a_spindle_keeps_what_the_scene_says_of_it() {
+    let folder = folder();
+    // A link of the head that is drawn upside down.
+    let turned = "[[machine.links]]\nname = \"nose\"\nparent = \"head\"\nat = { rpy_deg = [180, 0, 0] }\n[[parts]]\n";
+    let turned = format!("{}\n[program]\nfile = \"part.ngc\"{HELD}", MILL.replacen("[[parts]]\n", turned, 1));
+    folder.write("mill/scene.toml", &turned);
+    let job = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
+    let own = events(&check(&folder, &job).0);
+    assert!(!own.is_empty());
+    for spindle in ["head", "head@0,0,200", "nose@0,0,-200"] {
+        let (found, told, _) = check(&folder, &[&job[..], &["--spindle", spindle][..]].concat());
+        assert_eq!(events(&found), own, "{spindle}: {told}");
+    }
+    for (scene, spindle) in [("mill", "saddle"), ("bare", "head")] {
+        let message =
+            folder.refused(&["check", scene, "part.ngc", job[2], job[3], "--spindle", spindle, "--table", "table"]);
+        assert!(message.contains(&format!("give it as in {spindle}@0,0,0")), "{message}");
+    }
+}
+
+#[test]
 fn stock_lies_in_the_coordinates_of_the_program() {
     let folder = folder();
     let tool = ["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"];

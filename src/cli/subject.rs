@@ -62,7 +62,8 @@ struct Job {
     /// says where the box's corner of least X, Y and Z is, the middle of the cylinder's lower end, or the file's origin
     #[arg(long, value_name = "STOCK")]
     stock: Option<String>,
-    /// The link that holds tools, and the tip of a tool of no length in it [default: the scene's tool_centre_point]
+    /// The link that holds tools, and the tip of a tool of no length in it; @X,Y,Z may be left out for the link of the scene's
+    /// tool_centre_point [default: the scene's tool_centre_point]
     #[arg(long, value_name = "LINK[@X,Y,Z]")]
     spindle: Option<String>,
     /// The link that carries the workpiece [default: the scene's tool_centre_point]

@@ -11,8 +11,8 @@ use super::{Pair, ProgramRun, Role, Scene};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::tip::TipControl;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
-use rs274::Tool;
 use rs274::file::LARGEST_PROGRAM;
+use rs274::{Position, Tool};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub(super) const SKEW: f64 = 1e-6;
 /// Additions that a job makes to a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SetUp {
-    /// The link that carries tools, and the tip of a tool of length zero in its frame: `LINK` or `LINK@X,Y,Z`.
+    /// The link that carries tools, and the tip of a tool of length zero in its frame: `LINK@X,Y,Z`, or `LINK` where the scene says it.
     pub spindle: Option<String>,
     /// The link that carries the workpiece.
     pub table: Option<String>,
@@ -96,14 +96,6 @@ impl Scene {
         if job.spindle.is_none() && job.table.is_none() {
             return Ok(());
         }
-        let link = |option: &str, name: &str| {
-            let known = || self.machine.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ");
-            match self.machine.link(name) {
-                None if name == "world" => Ok(None),
-                None => Err(format!("{option}: there is no link named `{name}`; there are {}, and world", known())),
-                link => Ok(link),
-            }
-        };
         let work_link = self.link_of(Role::Workpiece).or_else(|| self.link_of(Role::Fixture));
         let mut tip = run.tip.clone().unwrap_or_else(|| TipControl {
             tool_link: None,
@@ -112,14 +104,12 @@ impl Scene {
             work_link: work_link.unwrap_or_default(),
         });
         if let Some(spindle) = &job.spindle {
-            let (name, gauge) = spindle.split_once('@').unwrap_or((spindle, "0,0,0"));
-            tip.tool_link = link("--spindle", name)?;
-            tip.gauge = Point::from(numbers::<3>(gauge).map_err(|why| format!("--spindle: {why}, as in head@0,0,0"))?);
+            self.hold_tools(&mut tip, spindle, run.tip.is_some())?;
         } else if run.tip.is_none() {
             return Err("--table needs --spindle LINK@X,Y,Z, as the scene does not say where tools are held".to_owned());
         }
         if let Some(table) = &job.table {
-            tip.work_link = link("--table", table)?;
+            tip.work_link = self.named_link("--table", table)?;
         } else if run.tip.is_none() && work_link.is_none() {
             let why = "--spindle needs --table LINK, as the scene has no workpiece or fixture that says what carries the work; `--table world` where it stands still";
             return Err(why.to_owned());
@@ -128,6 +118,37 @@ impl Scene {
         run.setup.kinematics = Some(tip.kinematics(&self.machine));
         run.tip = Some(tip);
         Ok(())
+    }
+
+    /// Applies `--spindle` to the place that holds tools. With `is_known`, the scene says where that is: its gauge holds for its link, and its
+    /// direction towards the tip, at zero, for all links.
+    fn hold_tools(&self, tip: &mut TipControl, spindle: &str, is_known: bool) -> Result<(), String> {
+        let (name, gauge) = spindle.split_once('@').map_or((spindle, None), |(name, gauge)| (name, Some(gauge)));
+        let link = self.named_link("--spindle", name)?;
+        let is_same = is_known && link == tip.tool_link;
+        if let Some(gauge) = gauge {
+            tip.gauge = Point::from(numbers::<3>(gauge).map_err(|why| format!("--spindle: {why}, as in head@0,0,0"))?);
+        } else if !is_same {
+            let why = "the scene does not say where the tip of a tool of no length is in this link";
+            return Err(format!("--spindle {name}: {why}; give it as in {name}@0,0,0"));
+        }
+        if is_known && !is_same {
+            let at_zero = self.machine.forward(&Position::default());
+            let turn = at_zero.world_from(link).rotation.inverse() * at_zero.world_from(tip.tool_link).rotation;
+            tip.direction = turn * tip.direction;
+        }
+        tip.tool_link = link;
+        Ok(())
+    }
+
+    /// The link that an option names; `None` is the world.
+    fn named_link(&self, option: &str, name: &str) -> Result<Option<usize>, String> {
+        let known = || self.machine.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>().join(", ");
+        match self.machine.link(name) {
+            None if name == "world" => Ok(None),
+            None => Err(format!("{option}: there is no link named `{name}`; there are {}, and world", known())),
+            link => Ok(link),
+        }
     }
 
     fn link_name(&self, link: Option<usize>) -> String {
