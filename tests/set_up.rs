@@ -222,6 +222,29 @@ fn a_spindle_keeps_what_the_scene_says_of_it() {
 }
 
 #[test]
+fn a_spindle_takes_the_tools_of_the_scene_along() {
+    let folder = folder();
+    // Tool 2 has no measures, so nobody can say where it goes.
+    let drill = "[[parts]]\nname = \"drill\"\nrole = \"cutter\"\nlink = \"head\"\ntool = 2\nshape = { kind = \"sphere\", radius_mm = 2 }\nat = { xyz_mm = [0, 0, 150] }\n";
+    let program = "[program]\nfile = \"part.ngc\"\n";
+    let tool = "{ number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 20, holder = [{ diameter_mm = 32, length_mm = 60 }] }";
+    let ignored = "[check]\nignore = [[\"spindle\", \"tool-1-holder\"]]\n";
+    folder.write("mill/scene.toml", &format!("{MILL}{drill}{program}{HELD}"));
+    folder.write("own/scene.toml", &format!("{MILL}{drill}{program}tools = [{tool}]\n{HELD}{ignored}"));
+    folder.write("own/part.ngc", "M2\n");
+    let given = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
+    let mut lines = Vec::new();
+    for (spindle, is_moved) in [("head@0,0,200", false), ("head@0,0,180", true), ("head@0,30,200", true)] {
+        let found = events(&check(&folder, &[&given[..], &["--spindle", spindle][..]].concat()).0);
+        let (own, told, _) = check(&folder, &["own", "part.ngc", "--spindle", spindle]);
+        assert_eq!(events(&own), found, "{spindle}: {told}");
+        assert_eq!(told.contains("`drill` stay where they are drawn"), is_moved, "{spindle}: {told}");
+        lines.push(found.first().map(|event| event.1));
+    }
+    assert!(lines[0] == Some(7) && lines[1] == Some(6), "{lines:?}");
+}
+
+#[test]
 fn stock_lies_in_the_coordinates_of_the_program() {
     let folder = folder();
     let tool = ["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"];

@@ -281,12 +281,45 @@ pub struct DrawnTool {
     up: Option<Vector>,
     /// Stick-out of a tool without a holder, mm.
     bare_mm: Option<f64>,
+    /// Whether its offset was given; otherwise it follows from the length.
+    has_offset: bool,
+    /// Names of its parts.
+    parts: Vec<String>,
 }
 
 impl DrawnTool {
+    /// Whether the part is one of the tool's, by its name.
+    pub(super) fn has(&self, part: &Part) -> bool {
+        self.parts.contains(&part.name)
+    }
+
+    /// Moves the tool into the spindle of `tip`: its parts among `parts` and, where its offset follows from its length, `tool`, its entry in
+    /// the table. Its length stays.
+    ///
+    /// # Errors
+    /// When its length gives no offset there.
+    pub(super) fn mount_again(
+        &mut self,
+        machine: &Machine,
+        tip: &TipControl,
+        parts: &mut [Part],
+        tool: Option<&mut Tool>,
+    ) -> Result<(), String> {
+        let up = up_by_axes(machine, tip);
+        self.up = if self.has_offset { up.ok() } else { Some(up?) };
+        if let (false, Some(up), Some(tool)) = (self.has_offset, self.up, tool) {
+            set_length(tool, &up, self.length_mm);
+        }
+        for part in parts.iter_mut().filter(|part| self.has(part)) {
+            part.link = tip.tool_link;
+            part.link_from_part = link_from_tool(tip, self.length_mm);
+        }
+        Ok(())
+    }
+
     /// Warnings for the reader: an offset in the table that differs from the drawn length, and a missing holder.
     pub fn notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
-        let Self { number, length_mm, up, bare_mm } = self;
+        let Self { number, length_mm, up, bare_mm, .. } = self;
         let tabled = up.zip(table.get(number)).map(|(up, tool)| along(&up, tool));
         let differs = tabled.filter(|tabled| (tabled - length_mm).abs() > TOLD_MM).map(|tabled| {
             format!("tool {number} is {length_mm:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm")
@@ -301,6 +334,22 @@ impl DrawnTool {
 /// Length of a tool by its offsets of X, Y and Z, mm.
 fn along(up: &Vector, tool: &Tool) -> f64 {
     up.dot(&Vector::new(tool.offset[Axis::X], tool.offset[Axis::Y], tool.offset[Axis::Z]))
+}
+
+/// Sets the offsets of X, Y and Z of a tool from its length; `up` is their value for 1 mm.
+fn set_length(tool: &mut Tool, up: &Vector, length_mm: f64) {
+    for (axis, part) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(up.iter()) {
+        let value = part * length_mm;
+        tool.offset[axis] = if value.abs() < SAME_MM { 0.0 } else { value };
+    }
+}
+
+/// Pose of a tool of `length_mm`, which stands on its tip, in the frame of the link that holds it.
+fn link_from_tool(tip: &TipControl, length_mm: f64) -> Isometry {
+    let turn = UnitQuaternion::rotation_between(&Vector::z(), &-tip.direction.into_inner())
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
+    let point = tip.gauge + tip.direction.into_inner() * length_mm;
+    Isometry::from_parts(Translation3::from(point.coords), turn)
 }
 
 /// Offsets of X, Y and Z, as G43 adds them, for a tool of 1 mm: the direction up the tool by the directions in which the axes move the tip
@@ -345,23 +394,15 @@ pub(super) fn mount(
     let length_mm = stickout + assembly.holder_mm();
     let mut tool = entry.tool;
     if let (false, Some(up)) = (entry.has_offset, up) {
-        for (axis, part) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(up.iter()) {
-            let value = part * length_mm;
-            tool.offset[axis] = if value.abs() < SAME_MM { 0.0 } else { value };
-        }
+        set_length(&mut tool, &up, length_mm);
     }
-    let drawn = DrawnTool { number, length_mm, up, bare_mm: assembly.holder.is_empty().then_some(stickout) };
-    let turn = UnitQuaternion::rotation_between(&Vector::z(), &-tip.direction.into_inner())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
-    let point = tip.gauge + tip.direction.into_inner() * length_mm;
-    let link_from_part = Isometry::from_parts(Translation3::from(point.coords), turn);
     let parts = assembly.solids(stickout).into_iter().map(|(role, shape)| {
         let mesh = shape.mesh(&TESSELLATION).map_err(|error| format!("the {}: {error}", role.name()))?;
         Ok(Part {
             name: format!("tool-{number}-{}", role.name()),
             mesh: Arc::new(mesh),
             link: tip.tool_link,
-            link_from_part,
+            link_from_part: link_from_tool(tip, length_mm),
             shape: Some(Arc::new(shape)),
             role,
             tool: Some(number),
@@ -369,5 +410,9 @@ pub(super) fn mount(
             turns: None,
         })
     });
-    Ok(Mounted { parts: parts.collect::<Result<_, String>>()?, tool, drawn })
+    let parts = parts.collect::<Result<Vec<_>, String>>()?;
+    let bare_mm = assembly.holder.is_empty().then_some(stickout);
+    let names = parts.iter().map(|part| part.name.clone()).collect();
+    let drawn = DrawnTool { number, length_mm, up, bare_mm, has_offset: entry.has_offset, parts: names };
+    Ok(Mounted { parts, tool, drawn })
 }

@@ -7,7 +7,7 @@ use super::load::{Document, NO_SPINDLE, movable_pairs};
 use super::parts::push_part;
 use super::stock_spec::StockSpec;
 pub use super::stock_spec::numbers;
-use super::{Pair, ProgramRun, Role, Scene};
+use super::{Pair, Part, ProgramRun, Role, Scene};
 use crate::geometry::{Isometry, Point, Vector};
 use crate::machine::tip::TipControl;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion};
@@ -62,6 +62,11 @@ impl ToolEntry {
     }
 }
 
+/// Whether a part of the role belongs to a tool.
+const fn is_of_tool(role: Role) -> bool {
+    matches!(role, Role::Cutter | Role::Shank | Role::Holder)
+}
+
 impl Scene {
     /// Adds the job to the scene and to the controller's state; the program must be interpreted again afterwards. Returns warnings for the
     /// reader; those about the tools themselves are [`Scene::tool_notes`].
@@ -70,6 +75,7 @@ impl Scene {
     /// A message that names the option or the tool.
     pub fn set_up(&mut self, run: &mut ProgramRun, job: &SetUp) -> Result<Vec<String>, String> {
         let mut notes = Vec::new();
+        let before = run.tip.clone();
         self.place_spindle(run, job)?;
         for (&number, &tool) in &job.measured {
             run.setup.tools.insert(number, tool);
@@ -78,6 +84,7 @@ impl Scene {
             let wrong = |message: String| format!("tool {}: {message}", entry.number);
             notes.extend(self.mount(run, entry, &job.measured).map_err(wrong)?);
         }
+        notes.extend(self.left_behind(before.as_ref(), run.tip.as_ref()));
         if let ([only], 0) = (&job.tools[..], run.setup.tool) {
             run.setup.tool = only.number;
             notes.push(format!("tool {} is in the spindle at first", only.number));
@@ -91,8 +98,8 @@ impl Scene {
         Ok(notes)
     }
 
-    /// Applies `--spindle` and `--table`.
-    fn place_spindle(&self, run: &mut ProgramRun, job: &SetUp) -> Result<(), String> {
+    /// Applies `--spindle` and `--table`, and moves the drawn tools that the job does not replace.
+    fn place_spindle(&mut self, run: &mut ProgramRun, job: &SetUp) -> Result<(), String> {
         if job.spindle.is_none() && job.table.is_none() {
             return Ok(());
         }
@@ -115,6 +122,13 @@ impl Scene {
             return Err(why.to_owned());
         }
         tip.check(&self.machine).map_err(|why| format!("--spindle and --table: {why}"))?;
+        let replaced = |number: u32| job.tools.iter().any(|entry| entry.number == number);
+        for drawn in self.drawn_tools.iter_mut().filter(|drawn| !replaced(drawn.number)) {
+            let number = drawn.number;
+            let tool = run.setup.tools.get_mut(&number).filter(|_| !job.measured.contains_key(&number));
+            let moved = drawn.mount_again(&self.machine, &tip, &mut self.parts, tool);
+            moved.map_err(|why| format!("--spindle and --table: tool {number} of the scene: {why}"))?;
+        }
         run.setup.kinematics = Some(tip.kinematics(&self.machine));
         run.tip = Some(tip);
         Ok(())
@@ -139,6 +153,22 @@ impl Scene {
         }
         tip.tool_link = link;
         Ok(())
+    }
+
+    /// A note on the tools that stay on the link from which `--spindle` moves those drawn by their measures.
+    fn left_behind(&self, before: Option<&TipControl>, now: Option<&TipControl>) -> Option<String> {
+        let (before, now) = before.zip(now)?;
+        let place = |tip: &TipControl| (tip.tool_link, tip.gauge, tip.direction);
+        if place(before) == place(now) {
+            return None;
+        }
+        let is_left = |part: &&Part| {
+            let is_of_tool = part.tool.is_some() || is_of_tool(part.role);
+            is_of_tool && part.link == before.tool_link && !self.drawn_tools.iter().any(|drawn| drawn.has(part))
+        };
+        let left: Vec<&str> = self.parts.iter().filter(is_left).map(|part| part.name.as_str()).collect();
+        let why = "stay where they are drawn: `--spindle` moves only tools by their measures";
+        (!left.is_empty()).then(|| format!("`{}` {why}", left.join("`, `")))
     }
 
     /// The link that an option names; `None` is the world.
@@ -178,7 +208,6 @@ impl Scene {
         };
         let tip = run.tip.as_ref().ok_or(NO_SPINDLE)?;
         let mounted = assembly::mount(&entry, assembly, &self.machine, tip)?;
-        let is_of_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
         let gone = self
             .retain_parts(|part| part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role)));
         for part in mounted.parts {
@@ -233,7 +262,7 @@ impl Scene {
     }
 
     /// Keeps the parts for which `is_kept` holds, and the pairs between them. Returns the names of the removed parts.
-    fn retain_parts(&mut self, is_kept: impl Fn(&super::Part) -> bool) -> Vec<String> {
+    fn retain_parts(&mut self, is_kept: impl Fn(&Part) -> bool) -> Vec<String> {
         let mut gone = Vec::new();
         let mut kept = Vec::with_capacity(self.parts.len());
         let mut place: Vec<Option<usize>> = Vec::with_capacity(self.parts.len());
