@@ -153,6 +153,14 @@ fn a_library_replaces_tools_and_names_the_line_of_what_is_wrong() {
     );
     let (found, _, code) = check(&folder, &["mill", "part.ngc", "--tools", "shop.toml"]);
     assert_eq!((code, events(&found)[0].1), (Some(1), 7));
+    // A tool without a shape replaces the scene's drawn tool, too, though the scene has no other.
+    let drawn = "tools = [{ number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 100 }]";
+    folder.write("mill/scene.toml", &format!("{MILL}\n[program]\nfile = \"part.ngc\"\n{drawn}\n{HELD}"));
+    assert_eq!(check(&folder, &["mill", "part.ngc"]).2, Some(0));
+    folder.write("bare.toml", "[[tools]]\nnumber = 1\ndiameter_mm = 300\noffset = { z_mm = 100 }\n");
+    let (found, told, code) = check(&folder, &["mill", "part.ngc", "--tools", "bare.toml"]);
+    assert_eq!((code, &found["tools_without_parts"]), (Some(1), &serde_json::json!([1])), "{told}");
+    assert!(told.contains("tool 1 replaces `tool-1-cutter`, `tool-1-shank` of the scene, and has no shape"), "{told}");
     for (text, place, why) in [
         (
             "[[tools]]\nnumber = 1\ndiameter_mm = 10\nflute_mm = 15\nstickout_mm = 12\n",

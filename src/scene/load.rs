@@ -159,6 +159,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         inputs,
         files,
         drawn_tools,
+        lost_tools: false,
         mesh_files,
     })
 }

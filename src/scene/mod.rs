@@ -242,6 +242,8 @@ pub struct Scene {
     pub recording: Option<Recording>,
     /// The tools drawn by their dimensions.
     pub drawn_tools: Vec<DrawnTool>,
+    /// Whether a job has put a tool without a shape in the place of one with parts.
+    pub lost_tools: bool,
     /// Import reports of the mesh files, by part.
     pub mesh_files: Vec<MeshFile>,
     /// Content hash of every input of the scene, by path or name.
@@ -357,9 +359,9 @@ impl Scene {
         self.parts.iter().position(|part| part.name == name)
     }
 
-    /// Whether some part is mounted only while its tool is in the spindle.
+    /// Whether some part is mounted only while its tool is in the spindle, or was before a job replaced it by a tool without a shape.
     pub fn changes_tools(&self) -> bool {
-        self.parts.iter().any(|part| part.tool.is_some())
+        self.lost_tools || self.parts.iter().any(|part| part.tool.is_some())
     }
 
     /// Whether both parts of a pair are mounted while `tool` is in the spindle.

@@ -190,34 +190,46 @@ impl Scene {
         self.parts.iter().find(|part| part.role == role).map(|part| part.link)
     }
 
-    /// Adds a tool to the table and, if it has a shape, to the scene.
+    /// Adds a tool to the table and, if it has a shape, to the scene, in place of what the scene has of its number.
     fn mount(
         &mut self,
         run: &mut ProgramRun,
         entry: &ToolEntry,
         measured: &BTreeMap<u32, Tool>,
-    ) -> Result<Vec<String>, String> {
+    ) -> Result<Option<String>, String> {
         let mut entry = entry.clone();
         if let Some(tool) = measured.get(&entry.number) {
             entry.tool.offset = tool.offset;
             entry.has_offset = true;
         }
-        let Some(assembly) = &entry.assembly else {
-            run.setup.tools.insert(entry.number, entry.tool);
-            return Ok(Vec::new());
+        let mounted = match &entry.assembly {
+            Some(assembly) => {
+                let tip = run.tip.as_ref().ok_or(NO_SPINDLE)?;
+                Some(assembly::mount(&entry, assembly, &self.machine, tip)?)
+            }
+            None => None,
         };
-        let tip = run.tip.as_ref().ok_or(NO_SPINDLE)?;
-        let mounted = assembly::mount(&entry, assembly, &self.machine, tip)?;
-        let gone = self
-            .retain_parts(|part| part.tool != Some(entry.number) && !(part.tool.is_none() && is_of_tool(part.role)));
-        for part in mounted.parts {
-            push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
-        }
-        run.setup.tools.insert(entry.number, mounted.tool);
+        let is_drawn = mounted.is_some();
+        let gone = self.retain_parts(|part| match part.tool {
+            Some(number) => number != entry.number,
+            None => !(is_drawn && is_of_tool(part.role)),
+        });
         self.drawn_tools.retain(|drawn| drawn.number != entry.number);
-        self.drawn_tools.push(mounted.drawn);
-        let replaces = || format!("tool {} replaces `{}` of the scene", entry.number, gone.join("`, `"));
-        Ok(if gone.is_empty() { Vec::new() } else { vec![replaces()] })
+        let mut tool = entry.tool;
+        if let Some(mounted) = mounted {
+            for part in mounted.parts {
+                push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
+            }
+            tool = mounted.tool;
+            self.drawn_tools.push(mounted.drawn);
+        }
+        run.setup.tools.insert(entry.number, tool);
+        if gone.is_empty() {
+            return Ok(None);
+        }
+        self.lost_tools |= !is_drawn;
+        let shape = if is_drawn { "" } else { ", and has no shape: it is not examined" };
+        Ok(Some(format!("tool {} replaces `{}` of the scene{shape}", entry.number, gone.join("`, `"))))
     }
 
     /// Replaces the workpiece by stock.
