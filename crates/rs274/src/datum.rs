@@ -303,8 +303,8 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named. Haas's G28 then cancels tool
-    /// length offsets.
+    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named. In a turned system of LinuxCNC's those
+    /// are the program's axes. Haas's G28 then cancels tool length offsets.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
         if base == SECOND_HOME && self.setup.dialect.is_fanuc_like() {
@@ -330,9 +330,15 @@ impl Interpreter<'_> {
             let why = "G28 under tool-centre-point control or in a tilted plane, whose tool length it cancels";
             return Err(self.fault_at(values, Group::NonModal, Cause::NotAllowed(why)));
         }
+        let is_turned = !self.setup.dialect.is_fanuc_like() && goes(0) != goes(1);
+        let rotation = if is_turned { self.offsets.rotation } else { 0.0 };
         self.with_axes(values, Group::NonModal, |interpreter| {
-            let start = interpreter.position;
-            interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
+            let (mut home, mut target) = (home, interpreter.position);
+            turn(&mut home, -rotation);
+            turn(&mut target, -rotation);
+            target = std::array::from_fn(|i| if goes(i) { home[i] } else { target[i] });
+            turn(&mut target, rotation);
+            interpreter.rapid_to(target)
         })?;
         if cancels_length {
             self.offsets.tool = [0.0; 9];

@@ -36,6 +36,22 @@ fn a_reading_set_in_a_turned_system_moves_its_origin_along_both_axes() {
 }
 
 #[test]
+fn only_the_named_axes_of_a_turned_system_go_home() {
+    // X is along Y of the machine and Y along its -X: from (-5, 10).
+    let turned = "G10 L2 P1 R90\nG0 X10 Y5\nG91";
+    for (home, expected) in [
+        ("G28 X0", [-5.0, 0.0, 0.0]),
+        ("G28 Y0", [0.0, 10.0, 0.0]),
+        ("G30 X0 Z1", [-5.0, 0.0, 0.0]),
+        ("G28 Z1", [-5.0, 10.0, 0.0]),
+        ("G28 X0 Y0", [0.0; 3]),
+        ("G28", [0.0; 3]),
+    ] {
+        assert_near(end(&run(&format!("{turned} {home}\nM2"))), expected, home);
+    }
+}
+
+#[test]
 fn a_tool_measured_in_a_turned_system_keeps_its_offset_along_the_other_axis() {
     let tool = Tool { offset: rs274::Position([3.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), ..Tool::default() };
     let setup = Setup { tools: [(1, tool)].into(), tool: 1, ..Setup::default() };
