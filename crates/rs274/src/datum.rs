@@ -73,9 +73,13 @@ impl Interpreter<'_> {
         })
     }
 
-    /// Tells the parameters the program's units.
+    /// Tells the parameters the program's units. On LinuxCNC a cycle's lengths are from now on as many of the new unit.
     pub(super) fn note_units(&mut self) {
-        self.parameters.units = self.program_units(true);
+        let (units, z) = (self.program_units(true), Axis::Z as usize);
+        if !self.setup.dialect.is_fanuc_like() {
+            self.sticky = self.sticky.unscaled(units[z] / self.parameters.units[z]);
+        }
+        self.parameters.units = units;
     }
 
     pub(super) fn load(&self, base: usize) -> Values9 {

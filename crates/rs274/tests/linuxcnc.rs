@@ -83,6 +83,29 @@ fn a_tap_leaves_at_feed_to_where_the_cycle_ends() {
 }
 
 #[test]
+fn what_a_cycle_keeps_is_read_in_the_unit_that_holds() {
+    let heights = |source: &str| {
+        let program = run(source);
+        assert!(program.moves.iter().all(|step| step.end[Axis::Y] == 0.0), "{source}");
+        let last = program.moves.iter().skip_while(|step| step.end[Axis::X] == 0.0);
+        last.map(|step| (step.end[Axis::Z] * 1e4).round() / 1e4).collect::<Vec<_>>()
+    };
+    for (source, expected) in [
+        // From R at 2 mm straight to 2 inches, an inch below zero, and back.
+        ("G0 Z10\nG81 X0 Z-1 R2 F100\nG20\nX1", &[50.8, -25.4, 50.8][..]),
+        // The height where the first cycle started is 10 inches, too.
+        ("G0 Z10\nG98 G81 X0 Z-1 R2 F100\nG20\nX1", &[254.0, 50.8, -25.4, 254.0]),
+        // Inches become mm; from 1 inch, where the cycle before ended, to R at 1 mm.
+        ("G20 G0 Z1\nG81 X0 Z-1 R1 F100\nG21\nX1", &[25.4, 1.0, -1.0, 1.0]),
+        ("G0 Z3\nG83 X0 Z-1 R1 Q1.5 F100\nG20 X1", &[25.4, -12.7, 25.4, -12.446, -25.4, 25.4]),
+        // Kept modes bring the unit back, and with it the words.
+        ("F100 G0 Z2\nM70\nG20 G81 X0 Z-1 R2\nM72\nX1", &[50.8, 2.0, -1.0, 2.0]),
+    ] {
+        assert_eq!(heights(&format!("{source}\nM2")), expected, "{source}");
+    }
+}
+
+#[test]
 fn taps_outside_the_xy_plane_go_where_linuxcnc_goes() {
     let ends = |source: &str| {
         let program = run(source);
