@@ -95,6 +95,21 @@ impl Interpreter<'_> {
         self.offsets.rotation = self.parameters.at(base + ROTATION);
     }
 
+    /// G54 and its like. On LinuxCNC the system in force, named again, changes nothing, even when the program has written its origin meanwhile.
+    pub(super) fn change_system(&mut self, system: usize) {
+        if system != self.modes.system || self.setup.dialect.is_fanuc_like() {
+            return self.select_system(system);
+        }
+        let base = origin_of(system);
+        let written = (self.load(base), self.parameters.at(base + ROTATION));
+        if written != (self.offsets.origin, self.offsets.rotation) {
+            self.note(
+                "a system that is in force and named again keeps its origin on LinuxCNC; what the program has written into its parameters (#5221 and on) counts when it is selected after another"
+                    .to_owned(),
+            );
+        }
+    }
+
     /// Notes where a probe ended and that it met nothing.
     pub(super) fn note_probe(&mut self) {
         let place = self.offsets.to_program(&self.position);

@@ -427,8 +427,8 @@ impl Interpreter<'_> {
         if now.compensation.is_some() {
             (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
         }
+        self.change_system(modes.system);
         self.modes = Modes { motion: self.modes.motion, spindle: self.modes.spindle, ..modes };
-        self.select_system(self.modes.system);
         self.note_units();
         Ok(())
     }

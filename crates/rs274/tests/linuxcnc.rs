@@ -36,6 +36,25 @@ fn a_reading_set_in_a_turned_system_moves_its_origin_along_both_axes() {
 }
 
 #[test]
+fn an_origin_written_as_a_parameter_counts_when_its_system_is_selected_after_another() {
+    let told = "counts when it is selected after another";
+    for (source, expected, is_noted) in [
+        ("#5221=5\nG54 G0 X1", 1.0, true),
+        ("#5230=90\nG54 G0 X1", 1.0, true),
+        ("G54 G0 X1", 1.0, false),
+        ("#5221=5\nG55\nG54 G0 X1", 6.0, false),
+        ("#5221=5\nM70\nM72\nG0 X1", 1.0, true),
+        ("#5221=5\nM70\nG55\nM72\nG0 X1", 6.0, false),
+        // G10 has the other words from the parameters.
+        ("#5221=5\nG10 L2 P1 Y0\nG54 G0 X1", 6.0, false),
+    ] {
+        let program = run(&format!("{source}\nM2"));
+        assert_near(end(&program), [expected, 0.0, 0.0], source);
+        assert_eq!(program.notes.iter().any(|note| note.text.contains(told)), is_noted, "{source}");
+    }
+}
+
+#[test]
 fn only_the_named_axes_of_a_turned_system_go_home() {
     // X is along Y of the machine and Y along its -X: from (-5, 10).
     let turned = "G10 L2 P1 R90\nG0 X10 Y5\nG91";
@@ -99,7 +118,7 @@ fn what_a_cycle_keeps_is_read_in_the_unit_that_holds() {
         ("G20 G0 Z1\nG81 X0 Z-1 R1 F100\nG21\nX1", &[25.4, 1.0, -1.0, 1.0]),
         ("G0 Z3\nG83 X0 Z-1 R1 Q1.5 F100\nG20 X1", &[25.4, -12.7, 25.4, -12.446, -25.4, 25.4]),
         // Kept modes bring the unit back, and with it the words.
-        ("F100 G0 Z2\nM70\nG20 G81 X0 Z-1 R2\nM72\nX1", &[50.8, 2.0, -1.0, 2.0]),
+        ("F100 G0 Z2\nM70\nG20 G81 X0 Z-1 R2\nM72\nX1", &[2.0, -1.0, 2.0]),
     ] {
         assert_eq!(heights(&format!("{source}\nM2")), expected, "{source}");
     }
