@@ -352,10 +352,12 @@ impl<'a> Interpreter<'a> {
         Ok(next)
     }
 
-    /// Brings the parameters that mirror the controller's state up to date.
+    /// Brings the parameters that mirror the controller's state up to date. On LinuxCNC G40 puts the programmed place back at once.
     pub(super) fn refresh_parameters(&mut self) {
         let mut position = self.position;
-        self.compensation.place(&mut position);
+        if self.setup.dialect.is_fanuc_like() || !self.compensation.is_leaving() {
+            self.compensation.place(&mut position);
+        }
         let program = self.offsets.to_program(&position);
         let in_units = |i: usize, value: f64, halved: bool| match Axis::ALL[i] {
             axis if axis.is_rotary() => value,
