@@ -473,12 +473,24 @@ impl Interpreter<'_> {
                     self.set_origin(values, system);
                 }
                 if system == self.modes.system {
+                    self.refuse_turn_of_shifted_system(values)?;
                     self.select_system(system);
                 }
                 Ok(())
             }
             _ => Err(values.fault('l', Cause::Unsupported)),
         }
+    }
+
+    /// Refuses another turn of the system in force while G52 or G92 shifts X or Y: LinuxCNC then turns the place without the shift
+    /// (`interp_convert.cc`, `convert_setup`).
+    fn refuse_turn_of_shifted_system(&self, values: &Values) -> Result<(), Fault> {
+        let rotation = self.parameters.at(origin_of(self.modes.system) + ROTATION);
+        if rotation == self.offsets.rotation || self.offsets.shift[..2] == [0.0; 2] {
+            return Ok(());
+        }
+        let why = "another turn of the system in force (G10 L2 R) while G52 or G92 shifts X or Y: LinuxCNC loses its place; cancel the shift first (G92.1)";
+        Err(self.fault_at(values, Group::NonModal, Cause::NotAllowed(why)))
     }
 
     /// G10 L2: the words are the origin and the turn.

@@ -55,6 +55,28 @@ fn an_origin_written_as_a_parameter_counts_when_its_system_is_selected_after_ano
 }
 
 #[test]
+fn a_shifted_system_is_not_turned() {
+    for source in [
+        "G92 X5\nG10 L2 P1 R90",
+        "G52 Y5\nG10 L2 P0 R90",
+        "G10 L2 P1 R90\nG92 X5\nG10 L2 P1 R0",
+        "G92 X5\n#5230=90\nG10 L20 P1 Y0",
+    ] {
+        let told = refused(&format!("{source}\nM2"));
+        assert!(told.contains("LinuxCNC loses its place"), "{source}: {told}");
+    }
+    // Another system, the same turn, a shift along Z, none any more.
+    for source in [
+        "G92 X5\nG10 L2 P2 R90",
+        "G10 L2 P1 R90\nG92 X5\nG10 L2 P1 R90",
+        "G92 Z5\nG10 L2 P1 R90",
+        "G92 X5\nG92.1\nG10 L2 P1 R90",
+    ] {
+        run(&format!("{source}\nM2"));
+    }
+}
+
+#[test]
 fn only_the_named_axes_of_a_turned_system_go_home() {
     // X is along Y of the machine and Y along its -X: from (-5, 10).
     let turned = "G10 L2 P1 R90\nG0 X10 Y5\nG91";
