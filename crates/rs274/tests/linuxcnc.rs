@@ -235,6 +235,48 @@ fn a_parameter_exists_or_not() {
 }
 
 #[test]
+fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
+    // `/` ends a line, STEP goes on by 1 along X, and FOUR opens a loop of four rounds.
+    let spelled = |text: &str| {
+        let text = text.replace("STEP", "G91 G0 X1 / G90").replace("FOUR", "#1=0 / o1 while [#1 LT 4] / #1=[#1+1]");
+        format!("{}\nM2", text.replace(" / ", "\n"))
+    };
+    for (source, expected) in [
+        // A `repeat` that `return` or a loop around it has left counts on: two of four rounds find nothing left, and go on to Z.
+        (
+            "o9 sub / o2 repeat [1] / STEP / o9 return / o2 endrepeat / G91 G0 Z1 / o9 endsub / o9 call / o9 call / o9 call / o9 call",
+            [2.0, 0.0, 2.0],
+        ),
+        ("FOUR / o2 repeat [1] / STEP / o1 continue / o2 endrepeat / G91 G0 Z1 / o1 endwhile", [2.0, 0.0, 2.0]),
+        (
+            "FOUR / o4 while [1] / o2 repeat [3] / #2=[#2+1] / o3 if [#2 EQ 2] / o4 break / o3 endif / STEP / o2 endrepeat / o4 break / o4 endwhile / o1 endwhile",
+            [8.0, 0.0, 0.0],
+        ),
+        // One that has run out begins anew; its count is read at its begin.
+        ("FOUR / o2 repeat [3] / STEP / o2 endrepeat / o1 endwhile", [12.0, 0.0, 0.0]),
+        ("#1=2 / o2 repeat [#1] / #1=9 / STEP / o2 endrepeat / o3 repeat [-3] / STEP / o3 endrepeat", [2.0, 0.0, 0.0]),
+        // A `break` of a `while` loop makes the next `do` loop end at its `continue`: at Y1, not Y4. That of a `do` loop does not.
+        (
+            "o1 while [1] / o1 break / o1 endwhile / o4 do / #2=[#2+1] / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / o4 while [#2 LT 4]",
+            [0.0, 1.0, 0.0],
+        ),
+        ("o1 do / o1 break / o1 while [1] / o4 do / #2=[#2+1] / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        // A `continue` of a `do` loop makes the next `repeat` run twice, and the next `break` go on with its loop.
+        ("o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 repeat [2] / STEP / o2 endrepeat", [4.0, 0.0, 0.0]),
+        (
+            "o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 while [#2 LT 3] / #2=[#2+1] / STEP / o3 if [#2 EQ 1] / o2 break / o3 endif / o2 endwhile",
+            [3.0, 0.0, 0.0],
+        ),
+    ] {
+        assert_near(end(&run(&spelled(source))), expected, source);
+    }
+    for word in ["break", "continue"] {
+        let told = refused(&spelled(&format!("o1 repeat [2] / o1 {word} / o1 endrepeat")));
+        assert!(told.contains("in no `while` or `do` loop"), "{word}: {told}");
+    }
+}
+
+#[test]
 fn comments_may_stand_between_the_arguments_of_a_call() {
     let source = "o<go> sub\nG0 X#1 Y#2\no<go> endsub\no<go> call [4] (the second is Y) [5]\nM2";
     assert_near(end(&run(source)), [4.0, 5.0, 0.0], source);
