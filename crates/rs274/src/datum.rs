@@ -121,7 +121,7 @@ impl Interpreter<'_> {
     /// Whether a code other than a motion uses the block's axis words.
     pub(super) fn uses_axis_words(&self, values: &Values) -> bool {
         let like_fanuc = self.setup.dialect.is_fanuc_like();
-        matches!(values.number(Group::NonModal), Some(code) if like_fanuc || !matches!(code, 40 | 281 | 301))
+        matches!(values.number(Group::NonModal), Some(code) if like_fanuc || !matches!(code, 40 | 281 | 301 | 921..=923))
             || matches!(values.number(Group::Turn), Some(code) if code != 690)
             || matches!(values.number(Group::Scale), Some(510))
             || values.code(Group::Mirror).is_some()

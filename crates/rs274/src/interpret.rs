@@ -578,7 +578,10 @@ impl<'a> Interpreter<'a> {
             }
             values.take('q');
         }
-        values.take_whole('$', 0..=0, "$", "0: there is one spindle")?;
+        let may_be_all =
+            values.has('s') || [Group::Spindle, Group::SpindleMode].iter().any(|&g| values.code(g).is_some());
+        let least = -i32::from(may_be_all);
+        values.take_whole('$', least..=0, "$", "0, or with S, M3, M4 and M5 -1 for all: there is one spindle")?;
         match values.number(Group::Coolant) {
             Some(7) => self.modes.mist = true,
             Some(8) => self.modes.flood = true,

@@ -124,6 +124,28 @@ fn a_tap_leaves_at_feed_to_where_the_cycle_ends() {
 }
 
 #[test]
+fn a_rigid_tap_comes_out_i_times_as_fast() {
+    for (word, factor) in [("", 1.0), ("I2", 2.0), ("I0.5", 1.0), ("I-3", 1.0)] {
+        let program = run(&format!("M3 S200\nG33.1 Z-1 K0.5 {word}\nG33 Z1 K0.5\nM2"));
+        let told: Vec<_> =
+            program.moves.iter().map(|step| (step.end[Axis::Z], step.spindle_rpm, step.feed_mm_min)).collect();
+        let at = |z: f64, times: f64| (z, 200.0 * times, Some(100.0 * times));
+        assert_eq!(told, [at(-1.0, 1.0), at(0.0, factor), at(1.0, 1.0)], "{word}");
+    }
+    assert!(refused("M3 S200\nG33 Z-1 K0.5 I2\nM2").contains("no code of this block uses this word"));
+}
+
+#[test]
+fn all_spindles_are_the_one() {
+    let program = run("S100 $-1\nM3 $-1\nG0 X1\nG97 S50 $0\nM4 $-1\nG0 X2\nM5 $-1\nG0 X3\nM2");
+    let speeds: Vec<f64> = program.moves.iter().map(|step| step.spindle_rpm).collect();
+    assert_eq!(speeds, [100.0, -50.0, 0.0]);
+    for source in ["M3 $1\nM2", "M3 $-2\nM2", "M19 R0 $-1\nM2"] {
+        assert!(refused(source).contains("there is one spindle"), "{source}");
+    }
+}
+
+#[test]
 fn what_a_cycle_keeps_is_read_in_the_unit_that_holds() {
     let heights = |source: &str| {
         let program = run(source);
@@ -280,6 +302,15 @@ fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
 fn comments_may_stand_between_the_arguments_of_a_call() {
     let source = "o<go> sub\nG0 X#1 Y#2\no<go> endsub\no<go> call [4] (the second is Y) [5]\nM2";
     assert_near(end(&run(source)), [4.0, 5.0, 0.0], source);
+}
+
+#[test]
+fn a_number_in_angle_brackets_is_the_number() {
+    for (defined, called) in [("o7", "o<7>"), ("o<7>", "o7"), ("o07", "o<7>")] {
+        let source = format!("{defined} sub\nG0 X4\n{defined} endsub\n{called} call\nM2");
+        assert_near(end(&run(&source)), [4.0, 0.0, 0.0], &source);
+    }
+    assert!(refused("o7 sub\no7 endsub\no<07> call\nM2").contains("subroutine is not defined"));
 }
 
 #[test]
