@@ -252,6 +252,11 @@ fn a_parameter_exists_or_not() {
     assert_near(end(&run(source)), [1.0, 0.0, 1.0], source);
     let source = "#1=2\n#2=99999\nG0 X EXISTS[##1] Y EXISTS[##2] Z EXISTS[###1]\nM2";
     assert_near(end(&run(source)), [1.0, 0.0, 0.0], source);
+    for name in ["_current_pocket", "_selected_pocket"] {
+        assert_near(end(&run(&format!("G0 X EXISTS[#<{name}>]\nM2"))), [1.0, 0.0, 0.0], name);
+        assert!(refused(&format!("G0 X#<{name}>\nM2")).contains("a pocket of the tool changer, which is not known"));
+        assert!(refused(&format!("#<{name}>=1\nM2")).contains("read-only"));
+    }
     assert!(refused("G0 X EXISTS[1]\nM2").contains("parameter's number or name"));
     assert!(refused("G0 X EXISTS[#1+#2]\nM2").contains("`]` expected"));
 }
