@@ -77,7 +77,7 @@ const KEYWORDS: [(&str, Keyword); 15] = [
 /// The label of an O-word.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Label {
-    /// A number in digits, or a name in `<>`.
+    /// A number in digits, or a name in `<>`; on LinuxCNC `<7>` is 7.
     Fixed(String),
     /// A number computed when the line is executed: only for `call`.
     Computed(Expression),
@@ -346,7 +346,11 @@ fn flow(cursor: &mut Cursor) -> Result<Flow, Fault> {
         cursor.expect('o', "`O`")?;
     }
     let label = match cursor.peek() {
-        Some('<') => Label::Fixed(format!("<{}>", cursor.name()?)),
+        Some('<') => {
+            let name = cursor.name()?;
+            let is_number = !cursor.dialect.is_fanuc_like() && name.bytes().all(|digit| digit.is_ascii_digit());
+            Label::Fixed(if is_number { name } else { format!("<{name}>") })
+        }
         Some('#' | '[') => Label::Computed(Expression::value(cursor)?),
         _ => Label::Fixed(format!("{}", cursor.number()?)),
     };

@@ -3,7 +3,7 @@
 //! A cycle drills along the plane's normal. It goes above the hole, comes to R, does what its code says, and ends at R (G99) or where the first
 //! of consecutive cycles started (G98). In G91 R counts from there, the bottom from R, and L repeats it a step further each time. R, the
 //! bottom, P and Q hold for the next block of the same cycle: on Fanuc's and Haas's controls R and the bottom as heights, on LinuxCNC as
-//! numbers that each block reads again in its own mode.
+//! numbers that each block reads again in its own mode and unit; there the height of G98 is such a number, too.
 //!
 //! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC goes to R first, up or down,
 //! if the first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
@@ -43,6 +43,21 @@ pub(super) struct Sticky {
     middle: f64,
     /// Where the first of consecutive cycles started along the normal, program coordinates.
     initial: Option<f64>,
+}
+
+impl Sticky {
+    /// The same words in a unit that is smaller by `factor`.
+    pub fn unscaled(&self, factor: f64) -> Self {
+        Self {
+            bottom: self.bottom / factor,
+            retract: self.retract / factor,
+            pecks: self.pecks.unscaled(factor),
+            beside: self.beside.map(|step| step / factor),
+            middle: self.middle / factor,
+            initial: self.initial.map(|height| height / factor),
+            ..*self
+        }
+    }
 }
 
 /// Depths of pecks, mm: the first, by how much each is less than the one before, and the least. None where the first is zero.

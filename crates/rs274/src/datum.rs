@@ -73,9 +73,13 @@ impl Interpreter<'_> {
         })
     }
 
-    /// Tells the parameters the program's units.
+    /// Tells the parameters the program's units. On LinuxCNC a cycle's lengths are from now on as many of the new unit.
     pub(super) fn note_units(&mut self) {
-        self.parameters.units = self.program_units(true);
+        let (units, z) = (self.program_units(true), Axis::Z as usize);
+        if !self.setup.dialect.is_fanuc_like() {
+            self.sticky = self.sticky.unscaled(units[z] / self.parameters.units[z]);
+        }
+        self.parameters.units = units;
     }
 
     pub(super) fn load(&self, base: usize) -> Values9 {
@@ -91,6 +95,21 @@ impl Interpreter<'_> {
         self.offsets.rotation = self.parameters.at(base + ROTATION);
     }
 
+    /// G54 and its like. On LinuxCNC the system in force, named again, changes nothing, even when the program has written its origin meanwhile.
+    pub(super) fn change_system(&mut self, system: usize) {
+        if system != self.modes.system || self.setup.dialect.is_fanuc_like() {
+            return self.select_system(system);
+        }
+        let base = origin_of(system);
+        let written = (self.load(base), self.parameters.at(base + ROTATION));
+        if written != (self.offsets.origin, self.offsets.rotation) {
+            self.note(
+                "a system that is in force and named again keeps its origin on LinuxCNC; what the program has written into its parameters (#5221 and on) counts when it is selected after another"
+                    .to_owned(),
+            );
+        }
+    }
+
     /// Notes where a probe ended and that it met nothing.
     pub(super) fn note_probe(&mut self) {
         let place = self.offsets.to_program(&self.position);
@@ -102,7 +121,7 @@ impl Interpreter<'_> {
     /// Whether a code other than a motion uses the block's axis words.
     pub(super) fn uses_axis_words(&self, values: &Values) -> bool {
         let like_fanuc = self.setup.dialect.is_fanuc_like();
-        matches!(values.number(Group::NonModal), Some(code) if like_fanuc || !matches!(code, 40 | 281 | 301))
+        matches!(values.number(Group::NonModal), Some(code) if like_fanuc || !matches!(code, 40 | 281 | 301 | 921..=923))
             || matches!(values.number(Group::Turn), Some(code) if code != 690)
             || matches!(values.number(Group::Scale), Some(510))
             || values.code(Group::Mirror).is_some()
@@ -303,8 +322,8 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named. Haas's G28 then cancels tool
-    /// length offsets.
+    /// G28 and G30: by way of the point the axis words name; only the named axes go home, all if none is named. In a turned system of LinuxCNC's those
+    /// are the program's axes. Haas's G28 then cancels tool length offsets.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
         if base == SECOND_HOME && self.setup.dialect.is_fanuc_like() {
@@ -330,9 +349,15 @@ impl Interpreter<'_> {
             let why = "G28 under tool-centre-point control or in a tilted plane, whose tool length it cancels";
             return Err(self.fault_at(values, Group::NonModal, Cause::NotAllowed(why)));
         }
+        let is_turned = !self.setup.dialect.is_fanuc_like() && goes(0) != goes(1);
+        let rotation = if is_turned { self.offsets.rotation } else { 0.0 };
         self.with_axes(values, Group::NonModal, |interpreter| {
-            let start = interpreter.position;
-            interpreter.rapid_to(std::array::from_fn(|i| if goes(i) { home[i] } else { start[i] }))
+            let (mut home, mut target) = (home, interpreter.position);
+            turn(&mut home, -rotation);
+            turn(&mut target, -rotation);
+            target = std::array::from_fn(|i| if goes(i) { home[i] } else { target[i] });
+            turn(&mut target, rotation);
+            interpreter.rapid_to(target)
         })?;
         if cancels_length {
             self.offsets.tool = [0.0; 9];
@@ -448,12 +473,24 @@ impl Interpreter<'_> {
                     self.set_origin(values, system);
                 }
                 if system == self.modes.system {
+                    self.refuse_turn_of_shifted_system(values)?;
                     self.select_system(system);
                 }
                 Ok(())
             }
             _ => Err(values.fault('l', Cause::Unsupported)),
         }
+    }
+
+    /// Refuses another turn of the system in force while G52 or G92 shifts X or Y: LinuxCNC then turns the place without the shift
+    /// (`interp_convert.cc`, `convert_setup`).
+    fn refuse_turn_of_shifted_system(&self, values: &Values) -> Result<(), Fault> {
+        let rotation = self.parameters.at(origin_of(self.modes.system) + ROTATION);
+        if rotation == self.offsets.rotation || self.offsets.shift[..2] == [0.0; 2] {
+            return Ok(());
+        }
+        let why = "another turn of the system in force (G10 L2 R) while G52 or G92 shifts X or Y: LinuxCNC loses its place; cancel the shift first (G92.1)";
+        Err(self.fault_at(values, Group::NonModal, Cause::NotAllowed(why)))
     }
 
     /// G10 L2: the words are the origin and the turn.

@@ -194,10 +194,8 @@ impl Expression {
             let fault = |text: &str, cause| Fault::new(*column, text, cause);
             let result = match step {
                 Step::Number(number) => *number,
-                Step::Named(name) => {
-                    parameters.named(name).ok_or_else(|| fault(&format!("#<{name}>"), Cause::UnknownParameter))?
-                }
-                Step::Exists(name) => f64::from(parameters.named(name).is_some()),
+                Step::Named(name) => parameters.named(name).map_err(|cause| fault(&format!("#<{name}>"), cause))?,
+                Step::Exists(name) => f64::from(parameters.named(name) != Err(Cause::UnknownParameter)),
                 Step::ExistsNumbered => f64::from(parameters.numbered(pop(&mut stack)) != Err(Cause::UnknownParameter)),
                 Step::Parameter => {
                     let number = pop(&mut stack);

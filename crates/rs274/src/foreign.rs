@@ -117,11 +117,11 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
     error
 }
 
-/// A line in upper case, without spaces and what stands in parentheses or behind a semicolon; `HAAS` is looked for in comments, too.
+/// A line in upper case, without spaces, names in `<>`, and what stands in parentheses or behind a semicolon; `HAAS` is looked for everywhere.
 fn bare(line: &str) -> String {
     let mut depth = 0_u32;
     let mut text = String::new();
-    for character in line.chars() {
+    for character in without_names(line).chars() {
         match character {
             // Siemens' calls and messages have their parenthesis directly behind a word.
             '(' => {
@@ -138,6 +138,18 @@ fn bare(line: &str) -> String {
         text.push_str("HAAS");
     }
     text
+}
+
+/// A line without what stands between `<` and `>`.
+fn without_names(line: &str) -> String {
+    let (mut text, mut rest) = (String::new(), line);
+    while let Some((before, from)) = rest.split_once('<')
+        && let Some((_, behind)) = from.split_once('>')
+    {
+        text.push_str(before);
+        rest = behind;
+    }
+    text + rest
 }
 
 /// The words that occur, each with the index of its first line.

@@ -352,10 +352,12 @@ impl<'a> Interpreter<'a> {
         Ok(next)
     }
 
-    /// Brings the parameters that mirror the controller's state up to date.
+    /// Brings the parameters that mirror the controller's state up to date. On LinuxCNC G40 puts the programmed place back at once.
     pub(super) fn refresh_parameters(&mut self) {
         let mut position = self.position;
-        self.compensation.place(&mut position);
+        if self.setup.dialect.is_fanuc_like() || !self.compensation.is_leaving() {
+            self.compensation.place(&mut position);
+        }
         let program = self.offsets.to_program(&position);
         let in_units = |i: usize, value: f64, halved: bool| match Axis::ALL[i] {
             axis if axis.is_rotary() => value,
@@ -576,7 +578,10 @@ impl<'a> Interpreter<'a> {
             }
             values.take('q');
         }
-        values.take_whole('$', 0..=0, "$", "0: there is one spindle")?;
+        let may_be_all =
+            values.has('s') || [Group::Spindle, Group::SpindleMode].iter().any(|&g| values.code(g).is_some());
+        let least = -i32::from(may_be_all);
+        values.take_whole('$', least..=0, "$", "0, or with S, M3, M4 and M5 -1 for all: there is one spindle")?;
         match values.number(Group::Coolant) {
             Some(7) => self.modes.mist = true,
             Some(8) => self.modes.flood = true,

@@ -40,7 +40,7 @@ impl Interpreter<'_> {
         self.refuse_compensated(values, Group::Coordinates, why)?;
         if let Some(system) = values.number(Group::Coordinates) {
             let system = self.system_of(values, system)?;
-            self.select_system(system);
+            self.change_system(system);
         }
         if values.number(Group::PathControl) == Some(640) {
             values.take('p');

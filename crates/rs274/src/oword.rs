@@ -3,6 +3,10 @@
 //! Meaning as LinuxCNC documents it ("O Codes"): `sub`, `endsub`, `return`, `call`; `if`, `elseif`, `else`, `endif`;
 //! `while`, `endwhile`; `do`, `while`; `repeat`, `endrepeat`; `break`, `continue`. `O100` alone starts a subroutine that
 //! ends at M99. Subroutines of other files are found by `source`.
+//!
+//! Loops that are left from inside run on as in LinuxCNC 2.9 (`interp_o_word.cc`). The count of a `repeat` stays until it has run out, though `return`,
+//! or `break` or `continue` of a loop around it, has left the loop: the next time it counts on. A `continue` is remembered until the end of a `while`
+//! or `repeat` loop is next skipped to, which then begins again; a `break`, until the `while` of a `do` loop is next reached, which then ends.
 
 use super::block::{Block, Flow, Keyword, Label};
 use super::dialect::own;
@@ -115,9 +119,11 @@ impl FlowTable {
                 return Err(Cause::Flow("closes nothing that is open"));
             }
             Keyword::Break | Keyword::Continue => {
-                let is_loop = |k| matches!(k, Keyword::While | Keyword::Do | Keyword::Repeat);
+                // Of a `repeat` they are errors on LinuxCNC.
+                let is_loop = |k| matches!(k, Keyword::While | Keyword::Do);
                 let enclosing = open.iter().rev().find(|entry| entry.label == label && is_loop(entry.keyword));
-                self.links[line].open = enclosing.ok_or(Cause::Flow("is in no loop with this label"))?.line;
+                self.links[line].open =
+                    enclosing.ok_or(Cause::Flow("is in no `while` or `do` loop with this label"))?.line;
             }
             // Of two programs of one number the first is found, as on LinuxCNC, which reads a file from its start.
             Keyword::Label => {
@@ -166,8 +172,6 @@ struct Call {
     /// First line of the body, and how often it still runs: M98 with L.
     start: usize,
     again: i32,
-    /// Running `repeat` loops of the callers.
-    repeats: usize,
     /// What M73 has asked to be restored.
     restore: Option<Kept>,
 }
@@ -189,8 +193,11 @@ struct Kept {
 #[derive(Debug, Default)]
 pub(super) struct Control {
     calls: Vec<Call>,
-    /// Running `repeat` loops: line and how often their body still runs.
-    repeats: Vec<(usize, f64)>,
+    /// How often the body of a `repeat` still runs, by its line.
+    repeats: BTreeMap<usize, f64>,
+    /// Whether a `break` and a `continue` are remembered.
+    breaks: bool,
+    continues: bool,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Kept>,
     /// Whether the main program runs for the second time, because of M99.
@@ -239,41 +246,46 @@ impl Interpreter<'_> {
             // Reached from above: the branch before has run.
             Keyword::ElseIf | Keyword::Else => links.end + 1,
             Keyword::While if links.end == at => {
-                if self.condition(flow)? {
-                    links.open + 1
-                } else {
-                    at + 1
-                }
+                let holds = self.condition(flow)?;
+                let breaks = std::mem::take(&mut self.control.breaks);
+                if holds && !breaks { links.open + 1 } else { at + 1 }
             }
-            Keyword::While => {
-                if self.condition(flow)? {
-                    at + 1
-                } else {
-                    links.end + 1
-                }
-            }
-            Keyword::EndWhile => links.open,
+            Keyword::While if self.condition(flow)? => at + 1,
+            Keyword::While => self.skip_loop(table, lines, at),
+            Keyword::EndWhile | Keyword::EndRepeat => links.open,
             Keyword::Repeat => {
                 let times = flow.arguments[0].number(&self.parameters)?.round();
-                if times < 1.0 {
-                    links.end + 1
-                } else {
-                    self.control.repeats.push((at, times));
-                    at + 1
+                let left = self.control.repeats.entry(at).or_insert(times);
+                *left -= 1.0;
+                if *left >= 0.0 {
+                    return Ok(at + 1);
                 }
+                self.control.repeats.remove(&at);
+                self.skip_loop(table, lines, at)
             }
-            Keyword::EndRepeat => self.repeat_again(links.open, at),
             Keyword::Break => {
-                let end = table.links[links.open].end;
-                self.drop_repeats(links.open, end);
-                end + 1
+                self.control.breaks = true;
+                self.skip_loop(table, lines, links.open)
             }
             Keyword::Continue => {
-                let end = table.links[links.open].end;
-                self.drop_repeats(links.open + 1, end);
-                end
+                self.control.continues = true;
+                self.skip_loop(table, lines, links.open)
             }
         })
+    }
+
+    /// The line to go on with when control skips to the end of the loop that begins at line `open`: of a `do` loop its `while`; else the line behind, or
+    /// the loop's begin where a `continue` is remembered.
+    fn skip_loop(&mut self, table: &FlowTable, lines: &Lines, open: usize) -> usize {
+        let end = table.links[open].end;
+        let is_do = matches!(&lines[open], Ok(Block { flow: Some(Flow { keyword: Keyword::Do, .. }), .. }));
+        if is_do {
+            end
+        } else if std::mem::take(&mut self.control.continues) {
+            open
+        } else {
+            end + 1
+        }
     }
 
     fn condition(&self, flow: &Flow) -> Result<bool, Fault> {
@@ -293,30 +305,6 @@ impl Interpreter<'_> {
                 return Ok(at + 1);
             }
             at = table.links[at].next;
-        }
-    }
-
-    fn repeat_again(&mut self, open: usize, at: usize) -> usize {
-        match self.control.repeats.last_mut() {
-            Some((line, left)) if *line == open && *left > 1.0 => {
-                *left -= 1.0;
-                open + 1
-            }
-            _ => {
-                self.drop_repeats(open, at);
-                at + 1
-            }
-        }
-    }
-
-    /// Forgets the running `repeat` loops of this call that began at lines `from` to `to`.
-    fn drop_repeats(&mut self, from: usize, to: usize) {
-        let floor = self.control.calls.last().map_or(0, |call| call.repeats);
-        while self.control.repeats.len() > floor {
-            match self.control.repeats.last() {
-                Some((line, _)) if (from..=to).contains(line) => self.control.repeats.pop(),
-                _ => break,
-            };
         }
     }
 
@@ -341,15 +329,13 @@ impl Interpreter<'_> {
             Some(arguments) => self.parameters.enter(arguments),
             None => self.parameters.enter_plain(),
         }
-        let repeats = self.control.repeats.len();
-        self.control.calls.push(Call { back: at + 1, start, again: times - 1, repeats, restore: None });
+        self.control.calls.push(Call { back: at + 1, start, again: times - 1, restore: None });
         Ok(start)
     }
 
     /// Where to go on behind the present subroutine; `None` in the main program.
     fn leave_subroutine(&mut self) -> Result<Option<usize>, Cause> {
         let Some(call) = self.control.calls.last_mut() else { return Ok(None) };
-        self.control.repeats.truncate(call.repeats);
         if call.again > 0 {
             call.again -= 1;
             return Ok(Some(call.start));
@@ -427,8 +413,8 @@ impl Interpreter<'_> {
         if now.compensation.is_some() {
             (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
         }
+        self.change_system(modes.system);
         self.modes = Modes { motion: self.modes.motion, spindle: self.modes.spindle, ..modes };
-        self.select_system(self.modes.system);
         self.note_units();
         Ok(())
     }

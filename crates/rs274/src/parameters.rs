@@ -91,6 +91,12 @@ pub(super) const SYSTEM_NAMES: [&str; 58] = [
     "_value_returned",
 ];
 
+/// Predefined names of pockets of the tool changer, which are not known: reading one is an error.
+const POCKET_NAMES: [&str; 2] = ["_current_pocket", "_selected_pocket"];
+const UNKNOWN_POCKET: Cause = Cause::NotAllowed(
+    "a pocket of the tool changer, which is not known; `#<_current_tool>` and `#<_selected_tool>` are",
+);
+
 /// Values of all parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
@@ -173,13 +179,15 @@ impl Parameters {
         self.numbered[index] = value;
     }
 
-    /// The value of `#<name>`.
-    pub fn named(&self, name: &str) -> Option<f64> {
-        if name.starts_with('_') {
+    /// The value of `#<name>`, or why it has none.
+    pub fn named(&self, name: &str) -> Result<f64, Cause> {
+        let value = if name.starts_with('_') {
             let system = SYSTEM_NAMES.iter().position(|known| *known == name).map(|index| self.system[index]);
-            return system.or_else(|| self.globals.get(name).copied());
-        }
-        self.frames.last().and_then(|frame| frame.locals.get(name).copied())
+            system.or_else(|| self.globals.get(name).copied())
+        } else {
+            self.frames.last().and_then(|frame| frame.locals.get(name).copied())
+        };
+        value.ok_or(if POCKET_NAMES.contains(&name) { UNKNOWN_POCKET } else { Cause::UnknownParameter })
     }
 
     /// `#number = value`.
@@ -209,7 +217,7 @@ impl Parameters {
 
     /// `#<name> = value`.
     pub fn assign_named(&mut self, name: &str, value: f64) -> Result<(), Cause> {
-        if SYSTEM_NAMES.contains(&name) {
+        if SYSTEM_NAMES.contains(&name) || POCKET_NAMES.contains(&name) {
             return Err(Cause::ReadOnlyParameter);
         }
         self.insert(name.to_owned(), value);

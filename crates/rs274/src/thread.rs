@@ -39,7 +39,7 @@ struct Thread {
 }
 
 impl Interpreter<'_> {
-    /// G33: a straight move whose feed is K per revolution; G33.1 goes back the same way.
+    /// G33: a straight move whose feed is K per revolution; G33.1 goes back the same way, I times as fast, at least as fast as in.
     pub(super) fn thread_move(&mut self, values: &Values, returns: bool) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
         // On Fanuc's lathes the pitch is F.
@@ -56,7 +56,14 @@ impl Interpreter<'_> {
         }
         let (start, target) = (self.position, self.target(values));
         self.synchronous_to(target, pitch)?;
-        if returns { self.synchronous_to(start, pitch) } else { Ok(()) }
+        if !returns {
+            return Ok(());
+        }
+        let speed = self.modes.speed;
+        self.modes.speed *= values.take('i').map_or(1.0, |times| times.max(1.0));
+        let back = self.synchronous_to(start, pitch);
+        self.modes.speed = speed;
+        back
     }
 
     /// A move that feeds `pitch` mm for each revolution.

@@ -256,6 +256,16 @@ fn axis_words_beside_g28_1_are_a_move() {
 }
 
 #[test]
+fn axis_words_beside_g92_1_and_its_like_are_a_move() {
+    // The shift is cancelled or restored first.
+    let expected = [[5.0, 0.0, 0.0], [7.0, 0.0, 0.0], [8.0, 0.0, 0.0], [14.0, 0.0, 0.0]];
+    assert_ends("G0 X5\nG92 X0\nG92.2 G0 X7\nG1 F100 G92.2 X8\nG92.3 X9\nM2", &linuxcnc(), &expected);
+    assert_ends("G0 X5\nG92 X0\nG92.1 X7\nM2", &linuxcnc(), &expected[..2]);
+    assert_refused("G92.1 X5\nM2", &linuxcnc(), "1:7", "no code of this block uses this word");
+    assert_refused("G92 G0 X5\nM2", &linuxcnc(), "1:5", "another code of this block uses the axis words");
+}
+
+#[test]
 fn haass_g28_cancels_the_tool_length() {
     let source = "G43H1G0Z100.\nG91G28Z0\nG90\nG0Z20.\nM30";
     assert_end(source, &haas(), [0.0, 0.0, 20.0]);

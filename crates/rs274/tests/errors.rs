@@ -142,6 +142,9 @@ fn variables_with_names_are_siemens_or_okumas() {
         "PROC SH204(INT A)",
         "N5 _Contour_Setup(1)",
         "DEF STRING[10] NAME",
+        "IF R1<5 GOTOF END",
+        "IF R1<>5 GOTOF END",
+        "POCKET3(50,0,1)",
     ] {
         let told = error_of(source).to_string();
         assert!(told.contains("SINUMERIK"), "{source}: {told}");
@@ -151,7 +154,8 @@ fn variables_with_names_are_siemens_or_okumas() {
         assert!(told.contains("Okuma"), "{source}: {told}");
     }
     // Of LinuxCNC's programs with an error none is taken for one.
-    for source in ["#<length>=5\nG77", "o<callo> call\nM2", "X[1 EQ 1] Y==\nM2"] {
+    let named = ["#<pocket_depth>=5\nG77", "o<pocket> sub\no<pocket> endsub\nG77", "G0 X[#<a>+#<extern>]\nG77"];
+    for source in ["#<length>=5\nG77", "o<callo> call\nM2", "X[1 EQ 1] Y==\nM2"].into_iter().chain(named) {
         assert!(!error_of(source).to_string().contains("not interpreted"), "{source}");
     }
 }

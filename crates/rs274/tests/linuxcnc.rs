@@ -36,6 +36,63 @@ fn a_reading_set_in_a_turned_system_moves_its_origin_along_both_axes() {
 }
 
 #[test]
+fn an_origin_written_as_a_parameter_counts_when_its_system_is_selected_after_another() {
+    let told = "counts when it is selected after another";
+    for (source, expected, is_noted) in [
+        ("#5221=5\nG54 G0 X1", 1.0, true),
+        ("#5230=90\nG54 G0 X1", 1.0, true),
+        ("G54 G0 X1", 1.0, false),
+        ("#5221=5\nG55\nG54 G0 X1", 6.0, false),
+        ("#5221=5\nM70\nM72\nG0 X1", 1.0, true),
+        ("#5221=5\nM70\nG55\nM72\nG0 X1", 6.0, false),
+        // G10 has the other words from the parameters.
+        ("#5221=5\nG10 L2 P1 Y0\nG54 G0 X1", 6.0, false),
+    ] {
+        let program = run(&format!("{source}\nM2"));
+        assert_near(end(&program), [expected, 0.0, 0.0], source);
+        assert_eq!(program.notes.iter().any(|note| note.text.contains(told)), is_noted, "{source}");
+    }
+}
+
+#[test]
+fn a_shifted_system_is_not_turned() {
+    for source in [
+        "G92 X5\nG10 L2 P1 R90",
+        "G52 Y5\nG10 L2 P0 R90",
+        "G10 L2 P1 R90\nG92 X5\nG10 L2 P1 R0",
+        "G92 X5\n#5230=90\nG10 L20 P1 Y0",
+    ] {
+        let told = refused(&format!("{source}\nM2"));
+        assert!(told.contains("LinuxCNC loses its place"), "{source}: {told}");
+    }
+    // Another system, the same turn, a shift along Z, none any more.
+    for source in [
+        "G92 X5\nG10 L2 P2 R90",
+        "G10 L2 P1 R90\nG92 X5\nG10 L2 P1 R90",
+        "G92 Z5\nG10 L2 P1 R90",
+        "G92 X5\nG92.1\nG10 L2 P1 R90",
+    ] {
+        run(&format!("{source}\nM2"));
+    }
+}
+
+#[test]
+fn only_the_named_axes_of_a_turned_system_go_home() {
+    // X is along Y of the machine and Y along its -X: from (-5, 10).
+    let turned = "G10 L2 P1 R90\nG0 X10 Y5\nG91";
+    for (home, expected) in [
+        ("G28 X0", [-5.0, 0.0, 0.0]),
+        ("G28 Y0", [0.0, 10.0, 0.0]),
+        ("G30 X0 Z1", [-5.0, 0.0, 0.0]),
+        ("G28 Z1", [-5.0, 10.0, 0.0]),
+        ("G28 X0 Y0", [0.0; 3]),
+        ("G28", [0.0; 3]),
+    ] {
+        assert_near(end(&run(&format!("{turned} {home}\nM2"))), expected, home);
+    }
+}
+
+#[test]
 fn a_tool_measured_in_a_turned_system_keeps_its_offset_along_the_other_axis() {
     let tool = Tool { offset: rs274::Position([3.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), ..Tool::default() };
     let setup = Setup { tools: [(1, tool)].into(), tool: 1, ..Setup::default() };
@@ -64,6 +121,51 @@ fn a_tap_leaves_at_feed_to_where_the_cycle_ends() {
     let kinds = |source| told(source).into_iter().skip(2).map(|(kind, z, _)| (kind, z)).collect::<Vec<_>>();
     assert_eq!(kinds("M3 S1 G0 Z2\nG98 G89 X1 Z-1 R1 P0.5 F50\nM2"), [(feed, -1.0), (dwell, -1.0), (feed, 2.0)]);
     assert_eq!(kinds("M3 S1 G0 Z2\nG98 G85 X1 Z-1 R1 F50\nM2"), [(feed, -1.0), (feed, 1.0), (rapid, 2.0)]);
+}
+
+#[test]
+fn a_rigid_tap_comes_out_i_times_as_fast() {
+    for (word, factor) in [("", 1.0), ("I2", 2.0), ("I0.5", 1.0), ("I-3", 1.0)] {
+        let program = run(&format!("M3 S200\nG33.1 Z-1 K0.5 {word}\nG33 Z1 K0.5\nM2"));
+        let told: Vec<_> =
+            program.moves.iter().map(|step| (step.end[Axis::Z], step.spindle_rpm, step.feed_mm_min)).collect();
+        let at = |z: f64, times: f64| (z, 200.0 * times, Some(100.0 * times));
+        assert_eq!(told, [at(-1.0, 1.0), at(0.0, factor), at(1.0, 1.0)], "{word}");
+    }
+    assert!(refused("M3 S200\nG33 Z-1 K0.5 I2\nM2").contains("no code of this block uses this word"));
+}
+
+#[test]
+fn all_spindles_are_the_one() {
+    let program = run("S100 $-1\nM3 $-1\nG0 X1\nG97 S50 $0\nM4 $-1\nG0 X2\nM5 $-1\nG0 X3\nM2");
+    let speeds: Vec<f64> = program.moves.iter().map(|step| step.spindle_rpm).collect();
+    assert_eq!(speeds, [100.0, -50.0, 0.0]);
+    for source in ["M3 $1\nM2", "M3 $-2\nM2", "M19 R0 $-1\nM2"] {
+        assert!(refused(source).contains("there is one spindle"), "{source}");
+    }
+}
+
+#[test]
+fn what_a_cycle_keeps_is_read_in_the_unit_that_holds() {
+    let heights = |source: &str| {
+        let program = run(source);
+        assert!(program.moves.iter().all(|step| step.end[Axis::Y] == 0.0), "{source}");
+        let last = program.moves.iter().skip_while(|step| step.end[Axis::X] == 0.0);
+        last.map(|step| (step.end[Axis::Z] * 1e4).round() / 1e4).collect::<Vec<_>>()
+    };
+    for (source, expected) in [
+        // From R at 2 mm straight to 2 inches, an inch below zero, and back.
+        ("G0 Z10\nG81 X0 Z-1 R2 F100\nG20\nX1", &[50.8, -25.4, 50.8][..]),
+        // The height where the first cycle started is 10 inches, too.
+        ("G0 Z10\nG98 G81 X0 Z-1 R2 F100\nG20\nX1", &[254.0, 50.8, -25.4, 254.0]),
+        // Inches become mm; from 1 inch, where the cycle before ended, to R at 1 mm.
+        ("G20 G0 Z1\nG81 X0 Z-1 R1 F100\nG21\nX1", &[25.4, 1.0, -1.0, 1.0]),
+        ("G0 Z3\nG83 X0 Z-1 R1 Q1.5 F100\nG20 X1", &[25.4, -12.7, 25.4, -12.446, -25.4, 25.4]),
+        // Kept modes bring the unit back, and with it the words.
+        ("F100 G0 Z2\nM70\nG20 G81 X0 Z-1 R2\nM72\nX1", &[2.0, -1.0, 2.0]),
+    ] {
+        assert_eq!(heights(&format!("{source}\nM2")), expected, "{source}");
+    }
 }
 
 #[test]
@@ -150,14 +252,70 @@ fn a_parameter_exists_or_not() {
     assert_near(end(&run(source)), [1.0, 0.0, 1.0], source);
     let source = "#1=2\n#2=99999\nG0 X EXISTS[##1] Y EXISTS[##2] Z EXISTS[###1]\nM2";
     assert_near(end(&run(source)), [1.0, 0.0, 0.0], source);
+    for name in ["_current_pocket", "_selected_pocket"] {
+        assert_near(end(&run(&format!("G0 X EXISTS[#<{name}>]\nM2"))), [1.0, 0.0, 0.0], name);
+        assert!(refused(&format!("G0 X#<{name}>\nM2")).contains("a pocket of the tool changer, which is not known"));
+        assert!(refused(&format!("#<{name}>=1\nM2")).contains("read-only"));
+    }
     assert!(refused("G0 X EXISTS[1]\nM2").contains("parameter's number or name"));
     assert!(refused("G0 X EXISTS[#1+#2]\nM2").contains("`]` expected"));
+}
+
+#[test]
+fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
+    // `/` ends a line, STEP goes on by 1 along X, and FOUR opens a loop of four rounds.
+    let spelled = |text: &str| {
+        let text = text.replace("STEP", "G91 G0 X1 / G90").replace("FOUR", "#1=0 / o1 while [#1 LT 4] / #1=[#1+1]");
+        format!("{}\nM2", text.replace(" / ", "\n"))
+    };
+    for (source, expected) in [
+        // A `repeat` that `return` or a loop around it has left counts on: two of four rounds find nothing left, and go on to Z.
+        (
+            "o9 sub / o2 repeat [1] / STEP / o9 return / o2 endrepeat / G91 G0 Z1 / o9 endsub / o9 call / o9 call / o9 call / o9 call",
+            [2.0, 0.0, 2.0],
+        ),
+        ("FOUR / o2 repeat [1] / STEP / o1 continue / o2 endrepeat / G91 G0 Z1 / o1 endwhile", [2.0, 0.0, 2.0]),
+        (
+            "FOUR / o4 while [1] / o2 repeat [3] / #2=[#2+1] / o3 if [#2 EQ 2] / o4 break / o3 endif / STEP / o2 endrepeat / o4 break / o4 endwhile / o1 endwhile",
+            [8.0, 0.0, 0.0],
+        ),
+        // One that has run out begins anew; its count is read at its begin.
+        ("FOUR / o2 repeat [3] / STEP / o2 endrepeat / o1 endwhile", [12.0, 0.0, 0.0]),
+        ("#1=2 / o2 repeat [#1] / #1=9 / STEP / o2 endrepeat / o3 repeat [-3] / STEP / o3 endrepeat", [2.0, 0.0, 0.0]),
+        // A `break` of a `while` loop makes the next `do` loop end at its `continue`: at Y1, not Y4. That of a `do` loop does not.
+        (
+            "o1 while [1] / o1 break / o1 endwhile / o4 do / #2=[#2+1] / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / o4 while [#2 LT 4]",
+            [0.0, 1.0, 0.0],
+        ),
+        ("o1 do / o1 break / o1 while [1] / o4 do / #2=[#2+1] / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        // A `continue` of a `do` loop makes the next `repeat` run twice, and the next `break` go on with its loop.
+        ("o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 repeat [2] / STEP / o2 endrepeat", [4.0, 0.0, 0.0]),
+        (
+            "o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 while [#2 LT 3] / #2=[#2+1] / STEP / o3 if [#2 EQ 1] / o2 break / o3 endif / o2 endwhile",
+            [3.0, 0.0, 0.0],
+        ),
+    ] {
+        assert_near(end(&run(&spelled(source))), expected, source);
+    }
+    for word in ["break", "continue"] {
+        let told = refused(&spelled(&format!("o1 repeat [2] / o1 {word} / o1 endrepeat")));
+        assert!(told.contains("in no `while` or `do` loop"), "{word}: {told}");
+    }
 }
 
 #[test]
 fn comments_may_stand_between_the_arguments_of_a_call() {
     let source = "o<go> sub\nG0 X#1 Y#2\no<go> endsub\no<go> call [4] (the second is Y) [5]\nM2";
     assert_near(end(&run(source)), [4.0, 5.0, 0.0], source);
+}
+
+#[test]
+fn a_number_in_angle_brackets_is_the_number() {
+    for (defined, called) in [("o7", "o<7>"), ("o<7>", "o7"), ("o07", "o<7>")] {
+        let source = format!("{defined} sub\nG0 X4\n{defined} endsub\n{called} call\nM2");
+        assert_near(end(&run(&source)), [4.0, 0.0, 0.0], &source);
+    }
+    assert!(refused("o7 sub\no7 endsub\no<07> call\nM2").contains("subroutine is not defined"));
 }
 
 #[test]

@@ -61,6 +61,15 @@ fn an_outside_corner_is_rounded_and_the_way_out_is_straight() {
 }
 
 #[test]
+fn parameters_tell_the_programmed_place_from_g40_on() {
+    // The tool is at Y5, and the lead-out goes to Y0.
+    for to in ["X#<_x> Y#<_y>", "X#5420 Y#5421", "X#<_abs_x> Y#<_abs_y>"] {
+        let expected = [Line(20.0, 5.0), Line(40.0, 5.0), Line(40.0, 0.0)];
+        assert_xy(&format!("G41 G1 X20\nX40\nG40\n{to}"), &expected);
+    }
+}
+
+#[test]
 fn behind_an_arc_a_path_that_turns_back_stays_on_its_side() {
     // A quarter round (10, -10) with the tool outside, at radius 11, then back by 178 degrees: as LinuxCNC does it, the two shifted curves end where
     // they meet, and the tool does not go round the corner between them.
