@@ -337,6 +337,16 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     // 60 poses under two policies; those nearer than 9 mm touch, less what the slant keeps apart.
     assert!(case["poses"] == 60 && case["colliding"].as_u64().unwrap() > 30 && case["missed"] == 0, "{case}");
     assert!(read(&folder.path("run/report.html")).contains("a piece against tool at the poses of poses"));
+    // The manifest's command and the report's steps are such as a shell takes.
+    #[cfg(unix)]
+    {
+        let manifest: serde_json::Value = serde_json::from_str(&read(&folder.path("run/manifest.json"))).unwrap();
+        let script = format!("printf '%s\\n' {}", manifest["program"]["command"].as_str().unwrap());
+        let words = std::process::Command::new("sh").args(["-c", &script]).output().unwrap().stdout;
+        let words = String::from_utf8(words).unwrap();
+        let words: Vec<&str> = words.lines().skip(1).collect();
+        assert_eq!(words, [&["try", "a piece.obj", "tool.obj", "poses.csv"][..], &quick].concat());
+    }
     // Neither the copies in the scene's folder, nor other poses, replace what the run was made of.
     let copies = ["a_piece.obj", "tool.obj", "poses.csv", "scene.toml"].map(|name| folder.path("run-scene").join(name));
     let before = copies.clone().map(|file| read(&file));

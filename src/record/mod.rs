@@ -6,6 +6,7 @@
 
 pub mod agreement;
 pub mod audit;
+pub mod command;
 pub mod cost;
 pub mod file;
 pub mod lock;

@@ -8,6 +8,7 @@ use super::tables::{Table, interval, number};
 use crate::analysis::ALL;
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
+use crate::record::command::{has_option, quoted};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -185,7 +186,7 @@ fn what_was_run(contents: &Contents) -> String {
 fn chosen(manifest: &Manifest) -> String {
     let request = &manifest.request;
     // The request names all variants, whether they were chosen or not.
-    let variants = if manifest.program.command.contains("--variant") { &request.variants[..] } else { &[] };
+    let variants = if has_option(&manifest.program.command, "--variant") { &request.variants[..] } else { &[] };
     let options = [
         ("scene", &request.scenes[..]),
         ("variant", variants),
@@ -193,7 +194,7 @@ fn chosen(manifest: &Manifest) -> String {
         ("policy", &request.policies),
     ];
     let each = options.into_iter().flat_map(|(option, names)| names.iter().map(move |name| (option, name)));
-    let names: String = each.map(|(option, name)| format!(" --{option} {name}")).collect();
+    let names: String = each.map(|(option, name)| format!(" --{option} {}", quoted(name))).collect();
     let binaries = if request.binaries > 1 { " --binary target/binaries" } else { "" };
     format!(
         "{names}{binaries} --launches {} --blocks {} --cold-poses {}",
