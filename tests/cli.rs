@@ -306,8 +306,14 @@ fn a_scene_of_ones_own_is_tried_without_the_paper() {
             assert!(!text.contains(of_the_paper), "{file} has `{of_the_paper}`");
         }
     }
-    // The records stay, and the report can be written again.
-    assert!(folder.run(&["stage", "report", "--out", "results/try-scene", "--quiet"]).status.success());
+    // The records stay, and the stages can be made again, by the claims that the run was judged by.
+    let (report, judged_by) = (read(&run.join("report.md")), read(&run.join("claims.toml")));
+    assert!(report.contains("stage analyze --claims FILE --out DIR"), "{report}");
+    for stage in [&["analyze"][..], &["plot"], &["report", "--quiet"]] {
+        let again = folder.run(&[&["stage"][..], stage, &["--out", "results/try-scene"]].concat());
+        assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    }
+    assert_eq!((read(&run.join("report.md")), read(&run.join("claims.toml"))), (report, judged_by));
 }
 
 /// Variants that promise nothing have none to be compared with, which is said before anything is measured.

@@ -6,7 +6,7 @@ use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
 use crate::analysis::ALL;
-use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, TestKind};
+use crate::analysis::claims::{CaseRef, Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
 use crate::record::command::{has_option, quoted};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
@@ -149,6 +149,11 @@ fn at_a_glance(contents: &Contents) -> String {
 fn what_was_run(contents: &Contents) -> String {
     let Contents { manifest, .. } = contents;
     let (request, machine) = (&manifest.request, &manifest.machine);
+    let (place, judged) = if contents.claims.text == DEFAULT_TEXT {
+        ("this folder", "")
+    } else {
+        ("a folder, and FILE a copy of the `claims.toml` beside this report", " --claims FILE")
+    };
     let mut scenes = Table::new(&["scene", "what it shows", "parts (triangles)", "pairs examined"]);
     for scene in &manifest.scenes {
         let parts: Vec<String> = scene.triangles.iter().map(|(part, n)| format!("{part} ({n})")).collect();
@@ -157,10 +162,10 @@ fn what_was_run(contents: &Contents) -> String {
     format!(
         "## What was run\n\n{}Per scene some {} posed pairs were verified against exact truth and some {} poses were timed (equal shares of \
          the strata, less where there are not so many), in {} blocks of random order, {} process launch(es) of {} binary(ies), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
-         The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
+         The command was\n\n    {}\n\nand the same steps one by one, where DIR is {place}:\n\n    \
          cargo run --release -- stage verify --profile {p} --seed {s}{chosen} --out DIR\n    \
          cargo run --release -- stage measure --profile {p} --seed {s}{chosen} --out DIR\n    \
-         cargo run --release -- stage analyze --out DIR\n    cargo run --release -- stage plot --out DIR\n    \
+         cargo run --release -- stage analyze{judged} --out DIR\n    cargo run --release -- stage plot --out DIR\n    \
          cargo run --release -- stage report --out DIR\n\n",
         scenes.finish(),
         request.verify_poses,
