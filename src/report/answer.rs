@@ -9,7 +9,7 @@ use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, STEADY, distinct, is_query_time, ranked_by};
+use crate::analysis::{ALL, STEADY, counted, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
 use serde::Serialize;
@@ -191,16 +191,15 @@ fn misses(contents: &Contents) -> Statement {
         let cases = entries().filter(|v| !v.safe).map(|v| CaseRef { variant: v.id.clone(), policy: None });
         unsafe_cases = cases.collect();
     }
-    let rates = unsafe_cases.iter().filter_map(|case| {
-        let rate = rates(&tallies(contents, case))?;
-        Some(format!("the {} {rate}", contents.label(&case.variant)))
-    });
+    let found: Vec<Tallies<'_>> = unsafe_cases.iter().map(|case| tallies(contents, case)).collect();
+    let rates = unsafe_cases
+        .iter()
+        .zip(&found)
+        .filter_map(|(case, found)| Some(format!("the {} {}", contents.label(&case.variant), rates(found)?)));
     let rates: Vec<String> = rates.collect();
     let mut sentences = Vec::new();
     if !rates.is_empty() {
-        let scenes = contents.manifest.scenes.len();
-        let range = if scenes > 1 { format!(" (ranges over {scenes} scenes)") } else { String::new() };
-        sentences.push(format!("Of the contacts of each workload, {}{range}.", rates.join("; ")));
+        sentences.push(format!("Of the contacts of each workload, {}{}.", rates.join("; "), ranges(&found)));
     } else if unsafe_cases.iter().any(|case| contents.manifest.variants.iter().any(|v| v.id == case.variant)) {
         sentences.push("They were asked about no contact in this run.".to_owned());
     } else if !unsafe_cases.is_empty() {
@@ -277,7 +276,7 @@ fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
         key.variant == case.variant && wanted
     };
     let mut of_workloads = Tallies::new();
-    for (scene, _, workload, tally) in contents.misses.iter().filter(|(_, key, ..)| is_it(key)) {
+    for (scene, _, workload, tally) in contents.misses.verified().filter(|(_, key, ..)| is_it(key)) {
         of_workloads.entry(workload).or_default().push((scene, tally));
     }
     of_workloads
@@ -288,6 +287,26 @@ fn rates(of: &Tallies<'_>) -> Option<String> {
     let each: Vec<String> =
         of.iter().filter_map(|(workload, of)| Some(format!("{} in `{workload}`", range(of)?))).collect();
     (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
+}
+
+/// Over how many scenes with contacts the rates range, by workload where that differs; empty where it is one.
+fn ranges(of: &[Tallies<'_>]) -> String {
+    let mut scenes: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (&workload, of_scenes) in of.iter().flatten() {
+        for &(scene, _) in of_scenes.iter().filter(|(_, tally)| tally.contacts() > 0) {
+            scenes.entry(workload).or_default().insert(scene);
+        }
+    }
+    let counts: BTreeSet<usize> = scenes.values().map(BTreeSet::len).collect();
+    match (counts.first(), counts.len()) {
+        (None | Some(1), 0 | 1) => String::new(),
+        (Some(same), 1) => format!(" (ranges over {same} scenes)"),
+        _ => {
+            let each =
+                scenes.iter().map(|(workload, of)| format!("{} in `{workload}`", counted(of.len() as u64, "scenes")));
+            format!(" (ranges over {})", listed(&each.collect::<Vec<_>>()))
+        }
+    }
 }
 
 /// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`; `None` without a contact.
