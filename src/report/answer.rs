@@ -332,7 +332,7 @@ struct Timed<'a> {
 
 /// Scenes with the same fastest volumes.
 struct Group<'a> {
-    /// The fastest volume, and those that are not told apart from it.
+    /// The fastest volume, and those that are not told apart from it; none where the timings are noisy.
     leaders: Vec<&'a str>,
     /// The workload by which the scenes are ranked.
     workload: &'a str,
@@ -357,7 +357,7 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = leaders(volumes, noise_of(contents, scene));
+        let leaders = if is_noisy(contents, scene) { Vec::new() } else { leaders(volumes) };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
             Some(known) => known.scenes.push(scene),
@@ -367,6 +367,7 @@ fn fastest(contents: &Contents) -> Statement {
     let each = groups.iter().map(|Group { leaders, workload, scenes }| {
         let names: Vec<String> = leaders.iter().map(|label| format!("the {label}")).collect();
         let names = match &names[..] {
+            [] => "undecided (noisy)".to_owned(),
             [only] => only.clone(),
             several => format!("{}, not told apart,", listed(several)),
         };
@@ -395,47 +396,44 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     timed
 }
 
-/// The factor within which a scene's timings cannot distinguish two methods: the deviation of the null duplicate when it is noisy.
-fn noise_of(contents: &Contents, scene: &str) -> f64 {
-    let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
-    let is_null = |row: &&RatioRow| {
-        (row.scene.as_str(), row.variant.as_str(), row.stratum.as_str()) == (scene, NULL_VARIANT, ALL)
-            && row.workload == workload
+/// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
+fn is_noisy(contents: &Contents, scene: &str) -> bool {
+    let workload = ranked_by(&contents.ratios, scene);
+    let is_ranking = |row: &&RatioRow| {
+        row.scene == scene
+            && row.stratum == ALL
             && is_query_time(row)
-            && row.noisy == 1
+            && workload.is_some_and(|workload| row.workload == workload)
     };
-    let strayed =
-        contents.ratios.iter().filter(is_null).flat_map(|row| [row.high, 1.0 / row.low, row.ratio, 1.0 / row.ratio]);
-    strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
+    contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
 }
 
-/// The fastest volume, and the volumes that intervals and noise do not distinguish from it; without an interval of both, those within the
-/// margin of `same`.
-fn leaders<'a>(volumes: &[Timed<'a>], noise: f64) -> Vec<&'a str> {
+/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval of both, those within the margin of
+/// `same`.
+fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
     let Some(first) = volumes.first() else { return Vec::new() };
-    let tied = |volume: &&Timed| {
-        let overlaps = match (first.interval, volume.interval) {
-            (Some((_, high)), Some((low, _))) => low <= high,
-            _ => volume.ratio <= first.ratio * STEADY.1,
-        };
-        overlaps || volume.ratio <= first.ratio * noise
+    let tied = |volume: &&Timed| match (first.interval, volume.interval) {
+        (Some((_, high)), Some((low, _))) => low <= high,
+        _ => volume.ratio <= first.ratio * STEADY.1,
     };
     volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads
-/// everywhere.
+/// everywhere. Scenes without a leader count for nothing.
 fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[Group<'_>]) -> String {
-    let is_leader = |label: &str| groups.iter().any(|group| group.leaders[0] == label);
+    let led: Vec<&Group<'_>> = groups.iter().filter(|group| !group.leaders.is_empty()).collect();
+    let is_leader = |label: &str| led.iter().any(|group| group.leaders[0] == label);
     let worst = timed
         .iter()
+        .filter(|(scene, _)| led.iter().any(|group| group.scenes.contains(scene)))
         .flat_map(|(scene, volumes)| {
             let best = volumes[0].ratio;
             volumes.iter().filter(|v| is_leader(v.label)).map(move |v| (v.ratio / best, v.label, *scene))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
-        Some((factor, label, scene)) if groups.len() > 1 && factor >= 1.5 => {
+        Some((factor, label, scene)) if led.len() > 1 && factor >= 1.5 => {
             format!(
                 " None is fastest everywhere: on {scene} the {label} takes {} times the time of the fastest.",
                 number(factor)
