@@ -3,7 +3,7 @@
 use super::stats::{clustered_rate, equal_lines};
 use crate::record::rows::CaseKey;
 use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, VerificationRow, read_rows};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The contacts above grazing of one case, and how many of them it missed.
@@ -50,12 +50,12 @@ static NO_CONTACT: Tally = Tally { lines: Vec::new(), contacts_in_all: 0, missed
 pub struct Misses {
     /// By scene and case, then by workload with contacts.
     tallies: BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>,
-    /// Scene, case and workload that were verified and have no contact.
-    without_contact: BTreeSet<(String, CaseKey, String)>,
+    /// Poses at which a case was verified, by scene, case and workload.
+    poses: BTreeMap<(String, CaseKey, String), u64>,
 }
 
 impl Misses {
-    /// Reads and adds up `lines.csv` and `misses.csv`; `verification.csv` says what was verified without a contact.
+    /// Reads and adds up `lines.csv` and `misses.csv`; `verification.csv` says at how many poses each case was verified.
     ///
     /// # Errors
     /// When a file is missing or malformed.
@@ -86,9 +86,7 @@ impl Misses {
         }
         for row in read_rows::<VerificationRow>(folder)? {
             let case = row.case();
-            if misses.of(&row.scene, &case).is_none_or(|workloads| !workloads.contains_key(&row.workload)) {
-                misses.without_contact.insert((row.scene, case, row.workload));
-            }
+            *misses.poses.entry((row.scene, case, row.workload)).or_default() += row.poses;
         }
         Ok(misses)
     }
@@ -123,7 +121,20 @@ impl Misses {
 
     /// Like [`Self::iter`], and the empty tallies of what was verified without a contact.
     pub fn verified(&self) -> impl Iterator<Item = (&str, &CaseKey, &str, &Tally)> {
-        let without = self.without_contact.iter();
+        let without = self
+            .poses
+            .keys()
+            .filter(move |(scene, case, workload)| self.of(scene, case).is_none_or(|of| !of.contains_key(workload)));
         self.iter().chain(without.map(|(scene, case, workload)| (scene.as_str(), case, workload.as_str(), &NO_CONTACT)))
+    }
+
+    /// Poses that were verified, by scene and workload.
+    pub fn poses(&self) -> BTreeMap<(&str, &str), u64> {
+        let mut most = BTreeMap::new();
+        for ((scene, _, workload), &poses) in &self.poses {
+            let known: &mut u64 = most.entry((scene.as_str(), workload.as_str())).or_default();
+            *known = (*known).max(poses);
+        }
+        most
     }
 }

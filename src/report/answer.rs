@@ -11,7 +11,7 @@ use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
 use crate::analysis::{ALL, STEADY, counted, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
-use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
+use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,7 +26,9 @@ pub struct Statement {
 
 /// The statements of a run, the most important one first.
 pub fn answer(contents: &Contents) -> Vec<Statement> {
-    [proposal(contents), Some(misses(contents)), Some(fastest(contents))].into_iter().flatten().collect()
+    let mut fastest = fastest(contents);
+    fastest.answer += &untimed(contents);
+    [proposal(contents), Some(misses(contents)), Some(fastest)].into_iter().flatten().collect()
 }
 
 /// The reading of the first claim about speed: the proposed case, and the case with which it is compared.
@@ -377,6 +379,27 @@ fn fastest(contents: &Contents) -> Statement {
     let mut answer = capital(&format!("{}.", each.collect::<Vec<_>>().join("; ")));
     answer += &contrast(&timed, &groups);
     Statement { question, answer }
+}
+
+/// How many poses were timed of workloads that were not timed, and of recordings that were in part; empty without such.
+fn untimed(contents: &Contents) -> String {
+    let timed = |scene: &str, workload: &str| {
+        let of_workload = |row: &&SummaryRow| row.scene == scene && row.workload == workload && row.stratum == ALL;
+        contents.summary.iter().filter(of_workload).map(|row| row.poses).max().unwrap_or_default()
+    };
+    let each = contents.misses.poses().into_iter().filter_map(|((scene, workload), poses)| {
+        let count = match timed(scene, workload) {
+            0 => "none".to_owned(),
+            timed if workload == RECORDED && timed < poses => timed.to_string(),
+            _ => return None,
+        };
+        Some(format!("{count} of the {poses} poses in `{workload}` of {scene}"))
+    });
+    let each: Vec<String> = each.collect();
+    if each.is_empty() {
+        return String::new();
+    }
+    format!(" Timed were {}: in chunks of one stratum, and of 64 steps in a row one chunk at most.", listed(&each))
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.

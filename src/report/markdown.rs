@@ -239,7 +239,7 @@ fn ranking(contents: &Contents) -> String {
     }
     if contents.ranking.is_empty() {
         return format!(
-            "## Ranking by speed\n\nNone: this run has no times of {}, by which all others are ranked.\n\n",
+            "## Ranking by speed\n\nNone: this run has no time of another variant relative to {}, by which all are ranked.\n\n",
             contents.label(baseline)
         );
     }
