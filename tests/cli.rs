@@ -306,8 +306,14 @@ fn a_scene_of_ones_own_is_tried_without_the_paper() {
             assert!(!text.contains(of_the_paper), "{file} has `{of_the_paper}`");
         }
     }
-    // The records stay, and the report can be written again.
-    assert!(folder.run(&["stage", "report", "--out", "results/try-scene", "--quiet"]).status.success());
+    // The records stay, and the stages can be made again, by the claims that the run was judged by.
+    let (report, judged_by) = (read(&run.join("report.md")), read(&run.join("claims.toml")));
+    assert!(report.contains("stage analyze --claims FILE --out DIR"), "{report}");
+    for stage in [&["analyze"][..], &["plot"], &["report", "--quiet"]] {
+        let again = folder.run(&[&["stage"][..], stage, &["--out", "results/try-scene"]].concat());
+        assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    }
+    assert_eq!((read(&run.join("report.md")), read(&run.join("claims.toml"))), (report, judged_by));
 }
 
 /// Variants that promise nothing have none to be compared with, which is said before anything is measured.
@@ -337,6 +343,16 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     // 60 poses under two policies; those nearer than 9 mm touch, less what the slant keeps apart.
     assert!(case["poses"] == 60 && case["colliding"].as_u64().unwrap() > 30 && case["missed"] == 0, "{case}");
     assert!(read(&folder.path("run/report.html")).contains("a piece against tool at the poses of poses"));
+    // The manifest's command and the report's steps are such as a shell takes.
+    #[cfg(unix)]
+    {
+        let manifest: serde_json::Value = serde_json::from_str(&read(&folder.path("run/manifest.json"))).unwrap();
+        let script = format!("printf '%s\\n' {}", manifest["program"]["command"].as_str().unwrap());
+        let words = std::process::Command::new("sh").args(["-c", &script]).output().unwrap().stdout;
+        let words = String::from_utf8(words).unwrap();
+        let words: Vec<&str> = words.lines().skip(1).collect();
+        assert_eq!(words, [&["try", "a piece.obj", "tool.obj", "poses.csv"][..], &quick].concat());
+    }
     // Neither the copies in the scene's folder, nor other poses, replace what the run was made of.
     let copies = ["a_piece.obj", "tool.obj", "poses.csv", "scene.toml"].map(|name| folder.path("run-scene").join(name));
     let before = copies.clone().map(|file| read(&file));
@@ -368,6 +384,22 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     folder.write("a_piece.obj", tetrahedron);
     let twice = folder.refused(&["try", "a piece.obj", "a_piece.obj", "poses.csv", "--out", "twice"]);
     assert!(twice.contains("a_piece.obj, too"), "{twice}");
+    // However few poses there are, they are timed, and the answer tells how many of them.
+    let first: String = rows.split_inclusive('\n').take(12).collect();
+    folder.write("few.csv", &format!("part,qw,qx,qy,qz,tx,ty,tz\n{first}"));
+    let more = ["--profile", "smoke", "--variant", "aabb", "--variant", "obb-area", "--out", "few", "--quiet"];
+    let output = folder.run(&[&["try", "a piece.obj", "tool.obj", "few.csv"][..], &more].concat());
+    let said = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        said.contains("by query time in `recorded`. Timed were ") && said.contains(" of the 12 poses in"),
+        "{said}"
+    );
+    assert!(column(&folder.path("few/summary.csv"), "workload").contains("recorded"));
+    assert!(
+        said.contains("Nothing is shown where there was no contact to ask about: in `recorded` of few-scene."),
+        "{said}"
+    );
     // What is lacking or wrong is named.
     assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
     assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));

@@ -32,8 +32,8 @@ def ranking(derivation, study, ratios):
     baseline = derivation.baselines[0]
     metric = workload = "program-time"
     if not any(key[3] == metric for key in ratios):
-        metric, workload = "time", min(key[1] for key in ratios if key[3] == "time" and key[1] != "control")
-    entries = []
+        metric, workload = "time", min((key[1] for key in ratios if key[3] == "time" and key[1] != "control"), default=None)
+    entries, is_ranked = [], False
     for variant, facts in study.variants.items():
         case = study.default(variant)
         ours = facts["kind"] not in ("peer", "control")
@@ -48,6 +48,9 @@ def ranking(derivation, study, ratios):
         missed = str(sum(tally[4][0] for tally in tallies)) if tallies else "not verified"
         cells = [with_interval(pair[0].value, pair[1].low, pair[1].high) if pair else "-" for pair in found.values()]
         entries.append((facts["kind"] != "volume", mean, [facts["label"], number(mean), *cells, missed]))
+        is_ranked |= case != baseline
+    if not is_ranked:
+        return [], []
     entries.sort(key=lambda entry: entry[:2])
     volumes = [[str(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
     return volumes, [["-", *cells] for other, _, cells in entries if other]

@@ -270,6 +270,15 @@ impl ClaimSet {
         Self::parse(&text, FILE).expect("the text is that of a claims file")
     }
 
+    /// The claims that the run in `folder` was judged by; the committed ones of a run that was not judged yet.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn of_run(folder: &Path) -> Result<Self, ClaimsError> {
+        let judged_by = folder.join(FILE);
+        if judged_by.exists() { Self::read(&judged_by) } else { Ok(Self::standard()) }
+    }
+
     /// Whether the set holds no claims.
     pub const fn is_empty(&self) -> bool {
         self.claims.is_empty()

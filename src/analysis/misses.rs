@@ -2,7 +2,7 @@
 
 use super::stats::{clustered_rate, equal_lines};
 use crate::record::rows::CaseKey;
-use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, read_rows};
+use crate::record::{CaseRow, Kind, LineRow, MissRow, RecordError, VerificationRow, read_rows};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -42,12 +42,20 @@ impl Tally {
 /// Case, scene, workload, pair, line.
 type LineOfCase = (String, String, String, String, u32);
 
-/// The tallies of a run by scene and case, then by workload.
+/// The tally of a workload without a contact.
+static NO_CONTACT: Tally = Tally { lines: Vec::new(), contacts_in_all: 0, missed_in_all: 0 };
+
+/// The tallies of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Misses(BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>);
+pub struct Misses {
+    /// By scene and case, then by workload with contacts.
+    tallies: BTreeMap<(String, CaseKey), BTreeMap<String, Tally>>,
+    /// Poses at which a case was verified, by scene, case and workload.
+    poses: BTreeMap<(String, CaseKey, String), u64>,
+}
 
 impl Misses {
-    /// Reads and adds up `lines.csv` and `misses.csv`.
+    /// Reads and adds up `lines.csv` and `misses.csv`; `verification.csv` says at how many poses each case was verified.
     ///
     /// # Errors
     /// When a file is missing or malformed.
@@ -66,7 +74,7 @@ impl Misses {
             for line in &lines {
                 let key = (case.case.clone(), line.scene.clone(), line.workload.clone(), line.pair.clone(), line.line);
                 let (all, asked) = missed.get(&key).copied().unwrap_or_default();
-                let workloads = misses.0.entry((line.scene.clone(), case.case())).or_default();
+                let workloads = misses.tallies.entry((line.scene.clone(), case.case())).or_default();
                 let tally = workloads.entry(line.workload.clone()).or_default();
                 let contacts = if everywhere { line.contacts } else { line.sampled };
                 if contacts > 0 {
@@ -76,13 +84,17 @@ impl Misses {
                 tally.missed_in_all += all;
             }
         }
+        for row in read_rows::<VerificationRow>(folder)? {
+            let case = row.case();
+            *misses.poses.entry((row.scene, case, row.workload)).or_default() += row.poses;
+        }
         Ok(misses)
     }
 
     /// The tallies of a case in a scene by workload; `None` when the case was not verified. Rates are never summed over workloads, because
     /// the lines of two workloads hold contacts of different numbers.
     pub fn of(&self, scene: &str, case: &CaseKey) -> Option<&BTreeMap<String, Tally>> {
-        self.0.get(&(scene.to_owned(), case.clone()))
+        self.tallies.get(&(scene.to_owned(), case.clone()))
     }
 
     /// How many contacts of all workloads of a scene the case's own query missed; `None` when the case was not verified.
@@ -92,8 +104,7 @@ impl Misses {
 
     /// The tally of a case in a workload of a scene; empty when the case was not verified there.
     pub fn in_workload(&self, scene: &str, case: &CaseKey, workload: &str) -> Tally {
-        let workloads = self.0.get(&(scene.to_owned(), case.clone()));
-        workloads.and_then(|workloads| workloads.get(workload)).cloned().unwrap_or_default()
+        self.of(scene, case).and_then(|workloads| workloads.get(workload)).cloned().unwrap_or_default()
     }
 
     /// Whether a variant missed a contact anywhere, under any policy.
@@ -101,10 +112,29 @@ impl Misses {
         self.iter().any(|(_, case, _, tally)| case.variant == variant && tally.missed_in_all > 0)
     }
 
-    /// All tallies: scene, case, workload, tally.
+    /// All tallies with contacts: scene, case, workload, tally.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &CaseKey, &str, &Tally)> {
-        self.0.iter().flat_map(|((scene, case), workloads)| {
+        self.tallies.iter().flat_map(|((scene, case), workloads)| {
             workloads.iter().map(move |(workload, tally)| (scene.as_str(), case, workload.as_str(), tally))
         })
+    }
+
+    /// Like [`Self::iter`], and the empty tallies of what was verified without a contact.
+    pub fn verified(&self) -> impl Iterator<Item = (&str, &CaseKey, &str, &Tally)> {
+        let without = self
+            .poses
+            .keys()
+            .filter(move |(scene, case, workload)| self.of(scene, case).is_none_or(|of| !of.contains_key(workload)));
+        self.iter().chain(without.map(|(scene, case, workload)| (scene.as_str(), case, workload.as_str(), &NO_CONTACT)))
+    }
+
+    /// Poses that were verified, by scene and workload.
+    pub fn poses(&self) -> BTreeMap<(&str, &str), u64> {
+        let mut most = BTreeMap::new();
+        for ((scene, _, workload), &poses) in &self.poses {
+            let known: &mut u64 = most.entry((scene.as_str(), workload.as_str())).or_default();
+            *known = (*known).max(poses);
+        }
+        most
     }
 }

@@ -23,8 +23,8 @@ pub mod words;
 
 use self::misses::Misses;
 use crate::record::{
-    self, ClaimRow, Kind, Manifest, NULL_VARIANT, PROGRAM_TIME, ProgramTimeRow, RatioRow, RecordError, SummaryRow,
-    VarianceRow, read_rows, read_rows_if_there,
+    self, ClaimRow, Kind, Manifest, NULL_VARIANT, PROGRAM_TIME, ProgramTimeRow, RECORDED, RatioRow, RecordError,
+    SummaryRow, VarianceRow, read_rows, read_rows_if_there,
 };
 use claims::{ClaimSet, ClaimsError};
 use serde::Serialize;
@@ -180,7 +180,7 @@ pub fn noise(manifest: &Manifest, ratios: &[RatioRow]) -> Vec<String> {
 }
 
 /// The workloads by which a scene may be ranked, the first that it is timed in: whole programs, then poses of one's own, then generated ones.
-const RANKING_WORKLOADS: [&str; 5] = [PROGRAM_TIME, "recorded", "program", "approach", "random"];
+const RANKING_WORKLOADS: [&str; 5] = [PROGRAM_TIME, RECORDED, "program", "approach", "random"];
 
 /// The workload by which a scene is ranked, of those that it is timed in.
 pub fn ranking_workload<'a>(workloads: impl Iterator<Item = &'a str>) -> Option<&'a str> {
@@ -202,7 +202,7 @@ pub fn ranked_by<'a>(ratios: &'a [RatioRow], scene: &str) -> Option<&'a str> {
 
 /// Ranks the variants by speed, each scene by its own workload (see [`ranked_by`]), each variant under its default policy. Safe volumes come
 /// first, then engines, peers and controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can
-/// look fast because it misses collisions.
+/// look fast because it misses collisions. Empty when nothing was timed beside the baseline.
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
@@ -232,6 +232,9 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
         };
         let (variant, label) = (entry.id.clone(), entry.label.clone());
         ranking.push(Ranked { variant, label, kind: entry.kind, ratio, scenes });
+    }
+    if ranking.iter().all(|entry| entry.variant == *baseline) {
+        return Vec::new();
     }
     ranking.sort_by(|a, b| (a.kind != Kind::Volume).cmp(&(b.kind != Kind::Volume)).then(a.ratio.total_cmp(&b.ratio)));
     ranking

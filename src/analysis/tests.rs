@@ -126,6 +126,15 @@ fn unsafe_variants_are_noted_and_never_ranked() {
 }
 
 #[test]
+fn a_baseline_alone_is_not_ranked() {
+    let mut run = Run::generate(&Plan::default());
+    let baseline = ClaimSet::standard().comparison.baselines[0].clone();
+    run.timings.retain(|row| row.variant() == baseline);
+    let (_folder, outcome) = analyse(&run);
+    assert!(outcome.ranking.is_empty(), "{:?}", outcome.ranking);
+}
+
+#[test]
 fn who_promises_to_be_safe_and_misses_is_not_ranked() {
     let mut run = Run::generate(&Plan::default());
     let stray = run.misses.iter().find(|row| row.case.starts_with("obb-vertex-centroid")).unwrap();

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 pub struct Options {
     #[command(flatten)]
     folder: FolderOptions,
-    /// Judge these claims instead of the paper's
+    /// Judge these claims; without the option those of the folder's claims.toml, or the paper's where it has none
     #[arg(long, value_name = "FILE")]
     claims: Option<PathBuf>,
     /// Print the result as JSON
@@ -31,8 +31,8 @@ pub struct Options {
 }
 
 pub fn run(options: &Options) -> Result<u8> {
-    let claims = options.claims.as_deref().map_or_else(|| Ok(ClaimSet::standard()), ClaimSet::read)?;
     let folder = options.folder.checked()?;
+    let claims = options.claims.as_deref().map_or_else(|| ClaimSet::of_run(folder), ClaimSet::read)?;
     let outcome = analyze(folder, &claims)?;
     if options.json {
         say(serde_json::to_string_pretty(&as_json(&outcome))?);

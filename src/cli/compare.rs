@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench stage compare results/before results/after\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --allow counts\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired by launch at the same poses; one has changed when its whole 95 % interval lies outside what the runs' null comparisons call equal, and a single launch leaves it undecided. Counts, trees and misses are exact.\nThe later run fails at a gate when a case misses more contacts (misses), when counts or trees differ (counts), when a case's queries over all strata, programs or construction are slower (slower), and when a scene or case of the earlier run is not compared (uncompared). --allow opens a gate.\nExit codes: 0 no gate fails, 1 one does, 2 a run cannot be read."
+    after_help = "Examples:\n  bvbench stage compare results/before results/after\n  bvbench stage compare results/before results/after --all\n  bvbench stage compare results/before results/after --allow counts\n  bvbench stage compare results/before results/after --json | jq '.times[] | select(.change == \"slower\")'\n\nScenes are compared where their inputs have the same content in both runs. Times are paired by launch at the same poses; one has changed when its whole 95 % interval lies outside what the runs' null comparisons call equal, and a single launch leaves it undecided. Counts, trees and misses are exact.\nThe later run fails at a gate when a case misses more contacts (misses), when counts or trees differ (counts), when a case's queries over all strata, programs or construction are slower (slower), and when a scene or case of the earlier run is not compared (uncompared). --allow opens a gate, but none for runs that have nothing in common.\nExit codes: 0 no gate fails, 1 one does, 2 a run cannot be read."
 )]
 pub struct Options {
     /// Folder of the earlier run
@@ -52,7 +52,7 @@ pub fn run(options: &Options) -> Result<u8> {
     }
     let comparison = compare_runs(&options.before, &options.after)?;
     let mut failed = comparison.failed();
-    failed.retain(|gate| !options.allow.contains(gate));
+    failed.retain(|gate| comparison.is_of_nothing() || !options.allow.contains(gate));
     if options.json {
         let mut result = serde_json::to_value(&comparison)?;
         result["failed"] = json!(failed);
@@ -85,28 +85,39 @@ fn text(comparison: &Comparison, all: bool) -> String {
     }
     let is_shown = |row: &&TimeChange| all || (row.change != "noise" && [ALL, "-"].contains(&row.stratum.as_str()));
     let times: Vec<&TimeChange> = comparison.times.iter().filter(is_shown).collect();
-    section(&mut text, "Times, after / before", times.len(), "none has changed beyond noise", || times_table(&times));
+    let compared = comparison.compared;
+    let of_times = (times.len(), compared.times);
+    section(&mut text, "Times, after / before", of_times, "none has changed beyond noise", || times_table(&times));
     let counts = comparison.counts.iter().filter(|row| all || row.stratum == ALL).count();
-    section(&mut text, "Counts of a query", counts, "the same, query by query", || counts_table(comparison, all));
-    section(&mut text, "Trees", comparison.trees.len(), "the same", || trees_table(comparison));
-    section(&mut text, "Contacts missed", comparison.misses.len(), "the same", || misses_table(comparison));
-    section(&mut text, "Verdicts", comparison.verdicts.len(), "the same", || verdicts_table(comparison));
+    let of_counts = (counts, compared.counts);
+    section(&mut text, "Counts of a query", of_counts, "the same, query by query", || counts_table(comparison, all));
+    section(&mut text, "Trees", (comparison.trees.len(), compared.trees), "the same", || trees_table(comparison));
+    let of_misses = (comparison.misses.len(), compared.misses);
+    section(&mut text, "Contacts missed", of_misses, "the same", || misses_table(comparison));
+    let of_verdicts = (comparison.verdicts.len(), compared.verdicts);
+    section(&mut text, "Verdicts", of_verdicts, "the same", || verdicts_table(comparison));
     text
 }
 
-/// A heading with its table, or with what is to be said when there are no rows.
-fn section(text: &mut String, title: &str, rows: usize, none: &str, table: impl FnOnce() -> Table) {
+/// A heading with its table, or with what is to be said when there are no rows: `none` where something was compared.
+fn section(
+    text: &mut String,
+    title: &str,
+    (rows, compared): (usize, usize),
+    none: &str,
+    table: impl FnOnce() -> Table,
+) {
     if rows == 0 {
-        *text += &format!("\n{title}: {none}\n");
+        *text += &format!("\n{title}: {}\n", if compared == 0 { "nothing compared" } else { none });
     } else {
         *text += &format!("\n{title}\n{}\n", table().trim_fmt());
     }
 }
 
 fn scene_line(scene: &SceneMatch) -> String {
-    let SceneMatch { scene: name, differing_inputs, same_poses, noise, program_noise, drift } = scene;
-    if !differing_inputs.is_empty() {
-        return format!("{name}: not compared, for {} differ", differing_inputs.join(", "));
+    let SceneMatch { scene: name, not_compared, same_poses, noise, program_noise, drift } = scene;
+    if let Some(reason) = not_compared {
+        return format!("{name}: not compared, for {reason}");
     }
     let how = if *same_poses { " and poses" } else { ", other poses, so that only builds, trees and misses compare" };
     let all_alike = drift.map_or_else(String::new, |ratio| format!("; all together {ratio:.3}"));
@@ -246,6 +257,24 @@ mod tests {
         assert_eq!(run(&Options { allow: vec![Gate::Slower], ..options(&before, &slower, false) }).unwrap(), CLEAR);
         assert_eq!(run(&options(&slower, &before, false)).unwrap(), CLEAR, "faster is none");
         assert!(run(&options(&before, &TempDir::new().unwrap(), false)).is_err());
+    }
+
+    /// Two runs without a common scene are not the same, and no gate lets the second through.
+    #[test]
+    fn nothing_compared_is_no_equality() {
+        let [before, other] = [folder(|_| {}), folder(|_| {})];
+        for entry in std::fs::read_dir(other.path()).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            std::fs::write(&path, text.replace("lathe-", "mill-")).unwrap();
+        }
+        let comparison = compare_runs(before.path(), other.path()).unwrap();
+        let text = text(&comparison, false);
+        assert_eq!(text.matches(": nothing compared").count(), 5, "{text}");
+        assert!(text.contains("lathe-tailstock: not compared, for the second run has no such scene\n"), "{text}");
+        assert!(text.contains("mill-tailstock: not compared, for the first run has no such scene\n"), "{text}");
+        let allowed = Options { allow: Gate::ALL.to_vec(), ..options(&before, &other, false) };
+        assert_eq!(run(&allowed).unwrap(), FAILED);
     }
 
     #[test]

@@ -6,13 +6,13 @@
 //! a stretch of a path), so that chunks are independent of one another.
 
 use super::judged::JudgedPair;
-use crate::record::Stratum;
+use crate::record::{RECORDED, Stratum};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
 /// say more than few long ones; still a run over one of them is long against a call and what it finds cold.
 pub const SHORT: usize = 16;
-/// A shorter chunk of a run is not worth timing.
+/// A shorter chunk of a run is not worth timing, unless a recording has no more poses.
 const SHORTEST: usize = 8;
 /// Poses in a chunk where something is kept or done for each chunk besides: a row of every cell of an audit, a message to every engine.
 pub const LONG: usize = 64;
@@ -21,7 +21,7 @@ const PEER_CHUNKS: usize = 4;
 /// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
 /// more of it than an order of magnitude over all strata.
 const CONTROL_PAIRS: usize = 1;
-/// A stratum with fewer poses than this in a workload is left out there.
+/// A stratum with fewer poses than this in a workload is left out there. A recording that has no stratum of so many is timed by its largest.
 const FEWEST_POSES: usize = 16;
 
 /// Who runs a chunk.
@@ -55,6 +55,9 @@ pub struct Chunk {
 /// are fewer chunks.
 pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     let mut chosen: Vec<(Stratum, usize, Vec<Vec<usize>>)> = Vec::new();
+    let of_recording = fewest_recorded(judged);
+    let fewest = |pair: &JudgedPair| if pair.workload == RECORDED { of_recording } else { FEWEST_POSES };
+    let is_member = |pair: &JudgedPair, stratum: Stratum| count(pair, stratum) >= fewest(pair);
     let members = |stratum: Stratum| judged.iter().filter(|pair| is_member(pair, stratum)).count();
     let quotas = Stratum::ALL.map(|stratum| budget / Stratum::ALL.len() / members(stratum).max(1) / SHORT);
     for (index, pair) in judged.iter().enumerate() {
@@ -62,7 +65,7 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
             .into_iter()
             .zip(quotas)
             .filter(|(stratum, _)| is_member(pair, *stratum))
-            .map(|(stratum, quota)| Supply::new(pair, stratum, quota.max(1)))
+            .map(|(stratum, quota)| Supply::new(pair, stratum, quota.max(1), fewest(pair)))
             .collect();
         // The rarest has the first choice.
         strata.sort_by_key(|supply| supply.lines.len());
@@ -90,21 +93,30 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     chunks
 }
 
-fn is_member(pair: &JudgedPair, stratum: Stratum) -> bool {
-    pair.poses.iter().filter(|pose| pose.stratum == stratum).take(FEWEST_POSES).count() == FEWEST_POSES
+fn count(pair: &JudgedPair, stratum: Stratum) -> usize {
+    pair.poses.iter().filter(|pose| pose.stratum == stratum).count()
+}
+
+/// The fewest poses of a stratum that are timed in a recording.
+fn fewest_recorded(judged: &[JudgedPair]) -> usize {
+    let pairs = judged.iter().filter(|pair| pair.workload == RECORDED);
+    let largest = pairs.flat_map(|pair| Stratum::ALL.map(|stratum| count(pair, stratum))).max();
+    largest.unwrap_or_default().clamp(1, FEWEST_POSES)
 }
 
 /// The lines of a pair that have poses of a stratum, and the chunks made of them.
 struct Supply {
     stratum: Stratum,
     quota: usize,
+    /// A shorter chunk is not worth timing.
+    shortest: usize,
     /// Lines with their poses, in an order that spreads over all of them.
     lines: Vec<(u32, Vec<usize>)>,
     chunks: Vec<Vec<usize>>,
 }
 
 impl Supply {
-    fn new(pair: &JudgedPair, stratum: Stratum, quota: usize) -> Self {
+    fn new(pair: &JudgedPair, stratum: Stratum, quota: usize, fewest: usize) -> Self {
         let mut lines: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for pose in pair.poses_in(stratum) {
             lines.entry(pair.poses[pose].line).or_default().push(pose);
@@ -113,7 +125,7 @@ impl Supply {
         // Multiples of the golden ratio modulo 1 divide the lines evenly, however many are taken.
         let place = |line: u32| (f64::from(line) * 0.618_033_988_749_895).fract();
         lines.sort_by(|a, b| place(a.0).total_cmp(&place(b.0)));
-        Self { stratum, quota, lines, chunks: Vec::new() }
+        Self { stratum, quota, shortest: SHORTEST.min(fewest), lines, chunks: Vec::new() }
     }
 
     /// Makes one more chunk of lines that are not used yet; `false` when there need not or cannot be one.
@@ -129,7 +141,7 @@ impl Supply {
                 break;
             }
         }
-        if poses.len() < SHORTEST {
+        if poses.len() < self.shortest {
             self.quota = self.chunks.len();
             return false;
         }
@@ -189,6 +201,46 @@ fn windows(available: usize, share: usize, length: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Isometry;
+    use crate::measure::judged::JudgedPose;
+    use crate::record::Band;
+    use crate::scene::Pair;
+
+    /// One pair on one line, with so many far and so many colliding poses.
+    fn pair_of(workload: &str, (far, colliding): (usize, usize)) -> JudgedPair {
+        let pose = |stratum| JudgedPose {
+            a_from_b: Isometry::identity(),
+            witness: None,
+            contained: false,
+            stratum,
+            band: Band::Clear,
+            clearance_mm: 0.0,
+            line: 0,
+        };
+        let strata = [(Stratum::Far, far), (Stratum::Colliding, colliding)];
+        let poses = strata.into_iter().flat_map(|(stratum, poses)| vec![pose(stratum); poses]).collect();
+        JudgedPair { workload: workload.to_owned(), pair: Pair { a: 0, b: 1 }, poses }
+    }
+
+    #[test]
+    fn a_recording_is_timed_however_few_poses_it_has() {
+        let none: &[(Stratum, usize)] = &[];
+        for (workload, poses, expected) in [
+            (RECORDED, (0, 0), none),
+            (RECORDED, (0, 1), &[(Stratum::Colliding, 1)]),
+            (RECORDED, (14, 9), &[(Stratum::Far, 14)]),
+            (RECORDED, (15, 15), &[(Stratum::Colliding, 15)]),
+            // Where a stratum has enough it is as in other workloads.
+            (RECORDED, (40, 15), &[(Stratum::Far, 16)]),
+            ("random", (40, 15), &[(Stratum::Far, 16)]),
+            ("random", (14, 15), none),
+        ] {
+            let chunks = select(&[pair_of(workload, poses)], 512);
+            let timed = chunks.iter().filter(|chunk| chunk.participants != Participants::Control);
+            let timed: Vec<(Stratum, usize)> = timed.map(|chunk| (chunk.stratum, chunk.poses.len())).collect();
+            assert_eq!(timed, expected, "{workload} {poses:?}");
+        }
+    }
 
     #[test]
     fn windows_are_disjoint_and_inside() {

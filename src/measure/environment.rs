@@ -1,6 +1,7 @@
 //! What the program is, what machine it runs on, and whether something else is running there.
 
 use super::{binaries, sources};
+use crate::record::command::command_line;
 use crate::record::manifest::{MachineFacts, Program};
 use obbtree::engine::Simd;
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,7 @@ fn running_program() -> Program {
     let mut arguments = std::env::args();
     let name = arguments.next().unwrap_or_default();
     let name = std::path::Path::new(&name).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let command = std::iter::once(name).chain(arguments).collect::<Vec<_>>().join(" ");
+    let command = command_line(std::iter::once(name).chain(arguments));
     let hash = binaries::running().map_or_else(String::new, |binary| binary.hash);
     Program { hash, git_revision: revision, git_dirty: dirty, command, ..built() }
 }

@@ -2,7 +2,7 @@
 
 use super::PlotError;
 use super::marks::Look;
-use crate::analysis::claims::{self, ClaimSet};
+use crate::analysis::claims::ClaimSet;
 use crate::analysis::ratios::Cases;
 use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
@@ -66,13 +66,11 @@ impl Data {
     /// When the manifest is missing or anything is malformed.
     pub fn read(folder: &Path) -> Result<Self, PlotError> {
         let manifest = Manifest::read(folder)?;
-        let judged_by = folder.join(claims::FILE);
-        let claims = if judged_by.exists() { ClaimSet::read(&judged_by)? } else { ClaimSet::standard() };
         Ok(Self {
             variants: entries(&manifest),
             scenes: manifest.scenes.iter().map(|scene| scene.name.clone()).collect(),
             cases: Cases::new(&manifest),
-            claims,
+            claims: ClaimSet::of_run(folder)?,
             summary: read_rows_if_there(folder)?,
             ratios: read_rows_if_there(folder)?,
             program_times: read_rows_if_there(folder)?,

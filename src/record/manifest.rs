@@ -215,7 +215,7 @@ pub struct Program {
     pub rustc: String,
     /// Optimisation and target flags.
     pub flags: String,
-    /// The command line.
+    /// The command line, quoted for a POSIX shell.
     pub command: String,
 }
 

@@ -6,6 +6,7 @@
 
 pub mod agreement;
 pub mod audit;
+pub mod command;
 pub mod cost;
 pub mod file;
 pub mod lock;
@@ -40,5 +41,6 @@ pub use study::{CountRow, FactorRow};
 pub use sweep::{SweepGrowthRow, SweepSummaryRow};
 pub use table::Table;
 pub use vocabulary::{
-    ALL_VARIANTS, Band, CONTROL_WORKLOAD, Kind, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, Stratum,
+    ALL_VARIANTS, Band, CONTROL_WORKLOAD, Kind, MESH_OUTLINE, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, RECORDED,
+    Stratum,
 };

@@ -13,6 +13,9 @@ pub const CONTROL_WORKLOAD: &str = "control";
 /// Workload of the poses of whole programs, from start to first collision; also the metric that is made of their times.
 pub const PROGRAM_TIME: &str = "program-time";
 
+/// Workload of recorded poses.
+pub const RECORDED: &str = "recorded";
+
 /// Metric, and workload in `ratios.csv`, of queries of whole programs that find the caches empty.
 pub const PROGRAM_TIME_COLD: &str = "program-time-cold";
 

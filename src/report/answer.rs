@@ -9,9 +9,9 @@ use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, STEADY, distinct, is_query_time, ranked_by};
+use crate::analysis::{ALL, STEADY, counted, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
-use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RatioRow};
+use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,7 +26,9 @@ pub struct Statement {
 
 /// The statements of a run, the most important one first.
 pub fn answer(contents: &Contents) -> Vec<Statement> {
-    [proposal(contents), Some(misses(contents)), Some(fastest(contents))].into_iter().flatten().collect()
+    let mut fastest = fastest(contents);
+    fastest.answer += &untimed(contents);
+    [proposal(contents), Some(misses(contents)), Some(fastest)].into_iter().flatten().collect()
 }
 
 /// The reading of the first claim about speed: the proposed case, and the case with which it is compared.
@@ -191,16 +193,15 @@ fn misses(contents: &Contents) -> Statement {
         let cases = entries().filter(|v| !v.safe).map(|v| CaseRef { variant: v.id.clone(), policy: None });
         unsafe_cases = cases.collect();
     }
-    let rates = unsafe_cases.iter().filter_map(|case| {
-        let rate = rates(&tallies(contents, case))?;
-        Some(format!("the {} {rate}", contents.label(&case.variant)))
-    });
+    let found: Vec<Tallies<'_>> = unsafe_cases.iter().map(|case| tallies(contents, case)).collect();
+    let rates = unsafe_cases
+        .iter()
+        .zip(&found)
+        .filter_map(|(case, found)| Some(format!("the {} {}", contents.label(&case.variant), rates(found)?)));
     let rates: Vec<String> = rates.collect();
     let mut sentences = Vec::new();
     if !rates.is_empty() {
-        let scenes = contents.manifest.scenes.len();
-        let range = if scenes > 1 { format!(" (ranges over {scenes} scenes)") } else { String::new() };
-        sentences.push(format!("Of the contacts of each workload, {}{range}.", rates.join("; ")));
+        sentences.push(format!("Of the contacts of each workload, {}{}.", rates.join("; "), ranges(&found)));
     } else if unsafe_cases.iter().any(|case| contents.manifest.variants.iter().any(|v| v.id == case.variant)) {
         sentences.push("They were asked about no contact in this run.".to_owned());
     } else if !unsafe_cases.is_empty() {
@@ -277,7 +278,7 @@ fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
         key.variant == case.variant && wanted
     };
     let mut of_workloads = Tallies::new();
-    for (scene, _, workload, tally) in contents.misses.iter().filter(|(_, key, ..)| is_it(key)) {
+    for (scene, _, workload, tally) in contents.misses.verified().filter(|(_, key, ..)| is_it(key)) {
         of_workloads.entry(workload).or_default().push((scene, tally));
     }
     of_workloads
@@ -288,6 +289,26 @@ fn rates(of: &Tallies<'_>) -> Option<String> {
     let each: Vec<String> =
         of.iter().filter_map(|(workload, of)| Some(format!("{} in `{workload}`", range(of)?))).collect();
     (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
+}
+
+/// Over how many scenes with contacts the rates range, by workload where that differs; empty where it is one.
+fn ranges(of: &[Tallies<'_>]) -> String {
+    let mut scenes: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (&workload, of_scenes) in of.iter().flatten() {
+        for &(scene, _) in of_scenes.iter().filter(|(_, tally)| tally.contacts() > 0) {
+            scenes.entry(workload).or_default().insert(scene);
+        }
+    }
+    let counts: BTreeSet<usize> = scenes.values().map(BTreeSet::len).collect();
+    match (counts.first(), counts.len()) {
+        (None | Some(1), 0 | 1) => String::new(),
+        (Some(same), 1) => format!(" (ranges over {same} scenes)"),
+        _ => {
+            let each =
+                scenes.iter().map(|(workload, of)| format!("{} in `{workload}`", counted(of.len() as u64, "scenes")));
+            format!(" (ranges over {})", listed(&each.collect::<Vec<_>>()))
+        }
+    }
 }
 
 /// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`; `None` without a contact.
@@ -313,7 +334,7 @@ struct Timed<'a> {
 
 /// Scenes with the same fastest volumes.
 struct Group<'a> {
-    /// The fastest volume, and those that are not told apart from it.
+    /// The fastest volume, and those that are not told apart from it; none where the timings are noisy.
     leaders: Vec<&'a str>,
     /// The workload by which the scenes are ranked.
     workload: &'a str,
@@ -338,7 +359,7 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = leaders(volumes, noise_of(contents, scene));
+        let leaders = if is_noisy(contents, scene) { Vec::new() } else { leaders(volumes) };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
             Some(known) => known.scenes.push(scene),
@@ -348,6 +369,7 @@ fn fastest(contents: &Contents) -> Statement {
     let each = groups.iter().map(|Group { leaders, workload, scenes }| {
         let names: Vec<String> = leaders.iter().map(|label| format!("the {label}")).collect();
         let names = match &names[..] {
+            [] => "undecided (noisy)".to_owned(),
             [only] => only.clone(),
             several => format!("{}, not told apart,", listed(several)),
         };
@@ -357,6 +379,27 @@ fn fastest(contents: &Contents) -> Statement {
     let mut answer = capital(&format!("{}.", each.collect::<Vec<_>>().join("; ")));
     answer += &contrast(&timed, &groups);
     Statement { question, answer }
+}
+
+/// How many poses were timed of workloads that were not timed, and of recordings that were in part; empty without such.
+fn untimed(contents: &Contents) -> String {
+    let timed = |scene: &str, workload: &str| {
+        let of_workload = |row: &&SummaryRow| row.scene == scene && row.workload == workload && row.stratum == ALL;
+        contents.summary.iter().filter(of_workload).map(|row| row.poses).max().unwrap_or_default()
+    };
+    let each = contents.misses.poses().into_iter().filter_map(|((scene, workload), poses)| {
+        let count = match timed(scene, workload) {
+            0 => "none".to_owned(),
+            timed if workload == RECORDED && timed < poses => timed.to_string(),
+            _ => return None,
+        };
+        Some(format!("{count} of the {poses} poses in `{workload}` of {scene}"))
+    });
+    let each: Vec<String> = each.collect();
+    if each.is_empty() {
+        return String::new();
+    }
+    format!(" Timed were {}: in chunks of one stratum, and of 64 steps in a row one chunk at most.", listed(&each))
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
@@ -376,47 +419,44 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     timed
 }
 
-/// The factor within which a scene's timings cannot distinguish two methods: the deviation of the null duplicate when it is noisy.
-fn noise_of(contents: &Contents, scene: &str) -> f64 {
-    let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
-    let is_null = |row: &&RatioRow| {
-        (row.scene.as_str(), row.variant.as_str(), row.stratum.as_str()) == (scene, NULL_VARIANT, ALL)
-            && row.workload == workload
+/// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
+fn is_noisy(contents: &Contents, scene: &str) -> bool {
+    let workload = ranked_by(&contents.ratios, scene);
+    let is_ranking = |row: &&RatioRow| {
+        row.scene == scene
+            && row.stratum == ALL
             && is_query_time(row)
-            && row.noisy == 1
+            && workload.is_some_and(|workload| row.workload == workload)
     };
-    let strayed =
-        contents.ratios.iter().filter(is_null).flat_map(|row| [row.high, 1.0 / row.low, row.ratio, 1.0 / row.ratio]);
-    strayed.filter(|factor| factor.is_finite()).fold(1.0, f64::max)
+    contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
 }
 
-/// The fastest volume, and the volumes that intervals and noise do not distinguish from it; without an interval of both, those within the
-/// margin of `same`.
-fn leaders<'a>(volumes: &[Timed<'a>], noise: f64) -> Vec<&'a str> {
+/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval of both, those within the margin of
+/// `same`.
+fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
     let Some(first) = volumes.first() else { return Vec::new() };
-    let tied = |volume: &&Timed| {
-        let overlaps = match (first.interval, volume.interval) {
-            (Some((_, high)), Some((low, _))) => low <= high,
-            _ => volume.ratio <= first.ratio * STEADY.1,
-        };
-        overlaps || volume.ratio <= first.ratio * noise
+    let tied = |volume: &&Timed| match (first.interval, volume.interval) {
+        (Some((_, high)), Some((low, _))) => low <= high,
+        _ => volume.ratio <= first.ratio * STEADY.1,
     };
     volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads
-/// everywhere.
+/// everywhere. Scenes without a leader count for nothing.
 fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[Group<'_>]) -> String {
-    let is_leader = |label: &str| groups.iter().any(|group| group.leaders[0] == label);
+    let led: Vec<&Group<'_>> = groups.iter().filter(|group| !group.leaders.is_empty()).collect();
+    let is_leader = |label: &str| led.iter().any(|group| group.leaders[0] == label);
     let worst = timed
         .iter()
+        .filter(|(scene, _)| led.iter().any(|group| group.scenes.contains(scene)))
         .flat_map(|(scene, volumes)| {
             let best = volumes[0].ratio;
             volumes.iter().filter(|v| is_leader(v.label)).map(move |v| (v.ratio / best, v.label, *scene))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0));
     match worst {
-        Some((factor, label, scene)) if groups.len() > 1 && factor >= 1.5 => {
+        Some((factor, label, scene)) if led.len() > 1 && factor >= 1.5 => {
             format!(
                 " None is fastest everywhere: on {scene} the {label} takes {} times the time of the fastest.",
                 number(factor)

@@ -6,8 +6,9 @@ use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
 use crate::analysis::ALL;
-use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Direction, Expectation, TestKind};
+use crate::analysis::claims::{CaseRef, Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
+use crate::record::command::{has_option, quoted};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -148,6 +149,11 @@ fn at_a_glance(contents: &Contents) -> String {
 fn what_was_run(contents: &Contents) -> String {
     let Contents { manifest, .. } = contents;
     let (request, machine) = (&manifest.request, &manifest.machine);
+    let (place, judged) = if contents.claims.text == DEFAULT_TEXT {
+        ("this folder", "")
+    } else {
+        ("a folder, and FILE a copy of the `claims.toml` beside this report", " --claims FILE")
+    };
     let mut scenes = Table::new(&["scene", "what it shows", "parts (triangles)", "pairs examined"]);
     for scene in &manifest.scenes {
         let parts: Vec<String> = scene.triangles.iter().map(|(part, n)| format!("{part} ({n})")).collect();
@@ -156,10 +162,10 @@ fn what_was_run(contents: &Contents) -> String {
     format!(
         "## What was run\n\n{}Per scene some {} posed pairs were verified against exact truth and some {} poses were timed (equal shares of \
          the strata, less where there are not so many), in {} blocks of random order, {} process launch(es) of {} binary(ies), seed {}. Machine: {}, {} logical cores, {}{:.1} GiB, {}{}.\n\n\
-         The command was\n\n    {}\n\nand the same steps one by one, where DIR is this folder:\n\n    \
+         The command was\n\n    {}\n\nand the same steps one by one, where DIR is {place}:\n\n    \
          cargo run --release -- stage verify --profile {p} --seed {s}{chosen} --out DIR\n    \
          cargo run --release -- stage measure --profile {p} --seed {s}{chosen} --out DIR\n    \
-         cargo run --release -- stage analyze --out DIR\n    cargo run --release -- stage plot --out DIR\n    \
+         cargo run --release -- stage analyze{judged} --out DIR\n    cargo run --release -- stage plot --out DIR\n    \
          cargo run --release -- stage report --out DIR\n\n",
         scenes.finish(),
         request.verify_poses,
@@ -185,7 +191,7 @@ fn what_was_run(contents: &Contents) -> String {
 fn chosen(manifest: &Manifest) -> String {
     let request = &manifest.request;
     // The request names all variants, whether they were chosen or not.
-    let variants = if manifest.program.command.contains("--variant") { &request.variants[..] } else { &[] };
+    let variants = if has_option(&manifest.program.command, "--variant") { &request.variants[..] } else { &[] };
     let options = [
         ("scene", &request.scenes[..]),
         ("variant", variants),
@@ -193,7 +199,7 @@ fn chosen(manifest: &Manifest) -> String {
         ("policy", &request.policies),
     ];
     let each = options.into_iter().flat_map(|(option, names)| names.iter().map(move |name| (option, name)));
-    let names: String = each.map(|(option, name)| format!(" --{option} {name}")).collect();
+    let names: String = each.map(|(option, name)| format!(" --{option} {}", quoted(name))).collect();
     let binaries = if request.binaries > 1 { " --binary target/binaries" } else { "" };
     format!(
         "{names}{binaries} --launches {} --blocks {} --cold-poses {}",
@@ -233,7 +239,7 @@ fn ranking(contents: &Contents) -> String {
     }
     if contents.ranking.is_empty() {
         return format!(
-            "## Ranking by speed\n\nNone: this run has no times of {}, by which all others are ranked.\n\n",
+            "## Ranking by speed\n\nNone: this run has no time of another variant relative to {}, by which all are ranked.\n\n",
             contents.label(baseline)
         );
     }

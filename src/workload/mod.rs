@@ -11,6 +11,7 @@ mod random;
 
 use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
+use crate::record::RECORDED;
 use crate::scene::{Approach, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::truth::PairOracle;
 use obbtree::cases::Draw;
@@ -38,7 +39,7 @@ impl Source {
             Self::Program => "program",
             Self::Approach => "approach",
             Self::Random => "random",
-            Self::Recorded => "recorded",
+            Self::Recorded => RECORDED,
         }
     }
 

@@ -130,13 +130,15 @@ pub(super) fn of_scene(scene: &mut SceneMatch, before: &Side, after: &Side, comp
                 logs.extend(times.first().map(|all| all.ratio.ln()));
                 comparison.times.extend(times);
                 comparison.times.extend(of_launches((PROGRAM_TIME, ALL), new.program_change(old, case)));
-                comparison.counts.extend(of_counts(scene, case, old, new));
+                let counts = of_counts(scene, case, old, new);
+                comparison.compared.counts += counts.len();
+                comparison.counts.extend(counts.into_iter().filter(|row| row.differing > 0));
             }
             comparison.times.extend(of_launches(("build", "-"), new.build_change(old, case)));
         }
         scene.drift = (!logs.is_empty()).then(|| stats::mean(&logs).exp());
     }
-    comparison.trees.extend(of_trees(&scene.scene, before, after));
+    of_trees(&scene.scene, before, after, comparison);
 }
 
 /// All cases of a scene except the null duplicate.
@@ -191,7 +193,7 @@ fn time_change(
     }
 }
 
-/// The sums over all strata and over each stratum, when the counts of any query differ.
+/// The sums over all strata and over each stratum, of the queries that both runs counted.
 fn of_counts(scene: &SceneMatch, case: &CaseKey, old: &Scene, new: &Scene) -> Vec<CountChange> {
     let mut rows: BTreeMap<Option<Stratum>, CountChange> = BTreeMap::new();
     for (after, before) in new.both_queries(old, case) {
@@ -215,7 +217,7 @@ fn of_counts(scene: &SceneMatch, case: &CaseKey, old: &Scene, new: &Scene) -> Ve
             row.triangle_tests.1 += after.triangle_tests;
         }
     }
-    rows.into_values().filter(|row| row.differing > 0).collect()
+    rows.into_values().collect()
 }
 
 /// The properties of a tree that are compared.
@@ -255,9 +257,10 @@ fn shapes(side: &Side, scene: &str) -> BTreeMap<(String, CaseKey), Shape> {
     shapes
 }
 
-fn of_trees(scene: &str, before: &Side, after: &Side) -> Vec<TreeChange> {
+fn of_trees(scene: &str, before: &Side, after: &Side, comparison: &mut Comparison) {
     let (old, new) = (shapes(before, scene), shapes(after, scene));
-    let both = new.iter().filter_map(|(key, new)| Some((key, old.get(key)?, new)));
+    let both: Vec<_> = new.iter().filter_map(|(key, new)| Some((key, old.get(key)?, new))).collect();
+    comparison.compared.trees += both.len();
     let change = |((part, case), old, new): (&(String, CaseKey), &Shape, &Shape)| TreeChange {
         scene: scene.to_owned(),
         part: part.clone(),
@@ -268,19 +271,20 @@ fn of_trees(scene: &str, before: &Side, after: &Side) -> Vec<TreeChange> {
         looseness: (old.looseness(), new.looseness()),
         overhang_mm: (old.overhang_mm, new.overhang_mm),
     };
-    both.filter(|(_, old, new)| !old.is_as(new)).map(change).collect()
+    comparison.trees.extend(both.into_iter().filter(|(_, old, new)| !old.is_as(new)).map(change));
 }
 
 /// Compares misses in a scene even when its inputs differ, because a safe variant must never miss.
 pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
     let request = |side: &Side| (side.manifest.request.seed, side.manifest.request.verify_poses);
-    let same_poses = scene.differing_inputs.is_empty() && request(before) == request(after);
+    let same_poses = scene.not_compared.is_none() && request(before) == request(after);
     let cases: BTreeSet<&CaseKey> =
         after.misses.iter().filter(|(name, ..)| *name == scene.scene).map(|(_, case, ..)| case).collect();
     for case in cases {
         let (Some(old), Some(new)) = (before.misses.of(&scene.scene, case), after.misses.of(&scene.scene, case)) else {
             continue;
         };
+        comparison.compared.misses += 1;
         let sum = |of: &BTreeMap<String, Tally>, count: fn(&Tally) -> u64| of.values().map(count).sum::<u64>();
         let missed = (sum(old, |tally| tally.missed_in_all), sum(new, |tally| tally.missed_in_all));
         let colliding = (sum(old, |tally| tally.contacts_in_all), sum(new, |tally| tally.contacts_in_all));
@@ -315,6 +319,7 @@ pub(super) fn of_verdicts(before: &Side, after: &Side, comparison: &mut Comparis
     let old: BTreeMap<_, &str> = before.claims.iter().map(|row| (key(row), row.verdict.as_str())).collect();
     for row in &after.claims {
         let Some(&verdict) = old.get(&key(row)) else { continue };
+        comparison.compared.verdicts += 1;
         if verdict != row.verdict {
             comparison.verdicts.push(VerdictChange {
                 claim: row.claim.clone(),

@@ -14,6 +14,7 @@ pub use changes::{CountChange, MissChange, TimeChange, TreeChange, VerdictChange
 
 use super::misses::Misses;
 use super::table::{self, Scene};
+use super::words::listed;
 use super::{ALL, AnalysisError, EQUAL};
 use crate::record::rows::CaseKey;
 use crate::record::{
@@ -21,6 +22,7 @@ use crate::record::{
 };
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -29,6 +31,8 @@ use std::str::FromStr;
 pub struct Comparison {
     /// All scenes of both runs, and how far each can be compared.
     pub scenes: Vec<SceneMatch>,
+    /// How much was compared of each kind.
+    pub compared: Compared,
     /// Differences between the runs as wholes, such as another machine or another seed.
     pub notes: Vec<String>,
     /// Cases of the earlier run only, as `scene: variant policy`.
@@ -47,13 +51,51 @@ pub struct Comparison {
     pub verdicts: Vec<VerdictChange>,
 }
 
+/// How many pairs of each kind were compared: without any, an empty list of changes says nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Compared {
+    /// Times.
+    pub times: usize,
+    /// Cases and strata with counted queries.
+    pub counts: usize,
+    /// Trees.
+    pub trees: usize,
+    /// Cases that both runs verified in a scene.
+    pub misses: usize,
+    /// Verdicts.
+    pub verdicts: usize,
+}
+
+/// Why a scene cannot be compared.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NotCompared {
+    /// The second run has no such scene.
+    OnlyBefore,
+    /// The first run has no such scene.
+    OnlyAfter,
+    /// These inputs differ.
+    Inputs(Vec<String>),
+}
+
+impl fmt::Display for NotCompared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OnlyBefore => f.write_str("the second run has no such scene"),
+            Self::OnlyAfter => f.write_str("the first run has no such scene"),
+            Self::Inputs(inputs) if inputs.len() == 1 => write!(f, "{} differs", inputs[0]),
+            Self::Inputs(inputs) => write!(f, "{} differ", listed(inputs)),
+        }
+    }
+}
+
 /// How far a scene can be compared between two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneMatch {
     /// Scene.
     pub scene: String,
-    /// Inputs that differ, or that one run lacks; empty when the scene can be compared.
-    pub differing_inputs: Vec<String>,
+    /// Why the scene cannot be compared; `None` when it can.
+    pub not_compared: Option<NotCompared>,
     /// Whether the poses are the same, so that times and counts can be paired.
     pub same_poses: bool,
     /// Noise by the null comparisons of both runs: a ratio of times within `[1 / noise, noise]` is no change.
@@ -103,6 +145,11 @@ impl FromStr for Gate {
 }
 
 impl Comparison {
+    /// Whether the runs have nothing in common but verdicts, which may be of sentences that no run judges: no gate can be passed.
+    pub fn is_of_nothing(&self) -> bool {
+        Compared { verdicts: 0, ..self.compared } == Compared::default()
+    }
+
     /// The gates at which the later run fails. Times are judged over all strata together, as the noise is.
     pub fn failed(&self) -> Vec<Gate> {
         let is_whole = |row: &&TimeChange| [ALL, "-"].contains(&row.stratum.as_str());
@@ -175,13 +222,14 @@ pub fn compare_runs(before: &Path, after: &Path) -> Result<Comparison, AnalysisE
     let names: BTreeSet<&String> = before.names().chain(after.names()).collect();
     for name in names {
         let mut scene = scene_match(name, &before, &after);
-        if scene.differing_inputs.is_empty() {
+        if scene.not_compared.is_none() {
             changes::of_scene(&mut scene, &before, &after, &mut comparison);
         }
         changes::of_misses(&scene, &before, &after, &mut comparison);
         comparison.scenes.push(scene);
     }
     changes::of_verdicts(&before, &after, &mut comparison);
+    comparison.compared.times = comparison.times.len();
     Ok(comparison)
 }
 
@@ -191,12 +239,13 @@ fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     // What only one run has, and not in the scene's folder, is another scene's: a scene that began to use it has changed itself.
     let is_own = |path: &str| is_in_folder(path, name) || (old.contains_key(path) && new.contains_key(path));
     let is_other = |path: &&str| is_own(path) && old.get(*path) != new.get(*path);
-    let mut differing: Vec<String> = paths.into_iter().filter(is_other).map(str::to_owned).collect();
-    for (side, which) in [(before, "the first run"), (after, "the second run")] {
-        if !side.names().any(|other| other == name) {
-            differing = vec![format!("{which} has no such scene")];
-        }
-    }
+    let differing: Vec<String> = paths.into_iter().filter(is_other).map(str::to_owned).collect();
+    let has_scene = |side: &Side| side.names().any(|other| other == name);
+    let not_compared = match (has_scene(before), has_scene(after)) {
+        (_, false) => Some(NotCompared::OnlyBefore),
+        (false, true) => Some(NotCompared::OnlyAfter),
+        (true, true) => (!differing.is_empty()).then_some(NotCompared::Inputs(differing)),
+    };
     let (a, b) = (&before.manifest.request, &after.manifest.request);
     let same_request = (a.seed, a.measure_poses, &a.workloads) == (b.seed, b.measure_poses, &b.workloads);
     let scenes = before.scenes.get(name).zip(after.scenes.get(name));
@@ -204,8 +253,8 @@ fn scene_match(name: &str, before: &Side, after: &Side) -> SceneMatch {
     let has_programs = scenes.is_some_and(|(_, new)| new.programs().next().is_some());
     SceneMatch {
         scene: name.to_owned(),
-        same_poses: differing.is_empty() && same_request && scenes.is_some_and(|(old, new)| old.has_poses_of(new)),
-        differing_inputs: differing,
+        same_poses: not_compared.is_none() && same_request && scenes.is_some_and(|(old, new)| old.has_poses_of(new)),
+        not_compared,
         noise: noise("time"),
         program_noise: has_programs.then(|| noise(PROGRAM_TIME)),
         drift: None,

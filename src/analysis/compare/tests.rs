@@ -48,6 +48,8 @@ fn two_runs_of_the_same_differ_by_noise_only() {
     // The control runs at far poses alone, and no programs.
     assert_eq!(comparison.times.len(), SCENES.len() * (cases * 7 - 4));
     assert!(comparison.counts.is_empty() && comparison.trees.is_empty() && comparison.misses.is_empty());
+    let Compared { times, counts, trees, misses, verdicts } = comparison.compared;
+    assert!(times == comparison.times.len() && [counts, trees, misses, verdicts].iter().all(|pairs| *pairs > 0));
     assert!(comparison.failed().is_empty());
 }
 
@@ -176,7 +178,7 @@ fn equal_runs_are_seldom_called_slower_or_faster() {
             let (before, after) = (side(of_launches(launches, &mut normal)), side(of_launches(launches, &mut normal)));
             let mut scene = SceneMatch {
                 scene: "mill".to_owned(),
-                differing_inputs: Vec::new(),
+                not_compared: None,
                 same_poses: true,
                 noise: EQUAL.1,
                 program_noise: None,
@@ -236,12 +238,19 @@ fn a_scene_of_other_inputs_or_poses_is_not_paired() {
     let [other, same] = &comparison.scenes[..] else { panic!("two scenes") };
     // Scenes come by name: the tailstock first.
     let (other, same) = if other.scene == SCENES[0] { (other, same) } else { (same, other) };
-    assert_eq!(other.differing_inputs, [format!("{}/scene.toml", SCENES[0])]);
+    let reason = NotCompared::Inputs(vec![format!("{}/scene.toml", SCENES[0])]);
+    assert_eq!(other.not_compared, Some(reason));
     assert!(same.same_poses && comparison.times.iter().all(|row| row.scene == same.scene));
     assert!(comparison.notes.iter().any(|note| note.starts_with("processor: made-up CPU before")));
     assert_eq!(comparison.failed(), [Gate::Uncompared]);
     let shared = compared(&|run| drop(run.manifest.inputs.insert("scenes/made-up/scene.toml".into(), "11".into())));
     assert!(shared.times.is_empty() && shared.scenes.iter().all(|scene| !scene.same_poses));
+    // Neither times, counts nor trees are compared where every scene has other inputs; what was verified is.
+    let Compared { times, counts, trees, misses, .. } = shared.compared;
+    assert!((times, counts, trees) == (0, 0, 0) && misses > 0 && !shared.is_of_nothing());
+    let fewer = compared(&|run| run.manifest.scenes.retain(|scene| scene.name == SCENES[0]));
+    let reasons: Vec<_> = fewer.scenes.iter().filter_map(|scene| scene.not_compared.clone()).collect();
+    assert_eq!(reasons, [NotCompared::OnlyBefore]);
     let more = compared(&|run| drop(run.manifest.inputs.insert("another/machine.toml".into(), "22".into())));
     assert!(more.scenes.iter().all(|scene| scene.same_poses), "what only one run has is of another scene");
     let seed = compared(&|run| run.manifest.request.seed = 9);
