@@ -261,6 +261,10 @@ impl Checker {
         }
         let steps = step as usize..to.ceil() as usize;
         work.take(LINK * machine.links.len() + steps.len());
+        // A jump that is small for the axes need not be small for the parts.
+        if from == step && !machine.continues(steps.start) {
+            current.finish_stretch(parts, work)?;
+        }
         let mut verdict = "free";
         match keyword {
             "open" => {

@@ -300,6 +300,19 @@ fn a_jump_is_refused() {
         let refusal = check(&written(&text), None, None, MOST_WORK).unwrap_err();
         assert!(refusal.why.contains("the path jumps at move 1, of line 1"), "{}", refusal.why);
     }
+    // A tilt before the quill, from 37.7 degrees to where the interval is bounded and its end alone would not be; then the tip is followed no more.
+    let quill = "slide x - 1 0 0 0 0 0 0 X 1 0 0\nslide y x 1 0 0 0 0 0 0 Y 0 1 0\nturn b y 1 0 0 0 0 0 0 B 0 1 0 0 0 0\nslide q b 1 0 0 0 0 0 0 Z 0 0 1\ntip q - 0 0 0 0 0 -1";
+    for (end, is_bounded) in [(42.0_f64, true), (43.3, true), (44.0, false), (60.0, false)] {
+        let moves = format!("point 0 1 B 0.658 tip 100\nfeed 1 1 B {} tip 100\nfeed 2 1 X 1", end.to_radians());
+        let a = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+        let refusal =
+            check(&written(&format!("{quill}\n{a}{moves}\npair a b rigid\n")), None, None, MOST_WORK).unwrap_err();
+        assert!(refusal.why.contains("the path jumps at move 2, of line 2"), "{end}: {}", refusal.why);
+        let still = moves.replace("\nfeed 2 1 X 1", "");
+        let case = Case { links: quill, a: ["-", PLAIN], b: ["q", PLAIN], centre: [0.0; 3], moves: &still };
+        let why = case.why(1.0, 2.0, "1e9 p 0 0 16777216 0");
+        assert_eq!(why.as_deref() != Some("the way cannot be bounded"), is_bounded, "{end}: {why:?}");
+    }
     // An arc of no radius has no place.
     let moves = "point 0 1\nfeed 1 1 X 5 arc X Y 0 0 1";
     Case { links: SLIDES, a: ["-", PLAIN], b: ["z", PLAIN], centre: [40.0; 3], moves }.goes_anywhere(1.0, 2.0);

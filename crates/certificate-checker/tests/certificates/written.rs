@@ -357,6 +357,24 @@ fn a_part_inside_the_other_is_not_free() {
 }
 
 #[test]
+fn a_small_jump_on_a_long_lever_ends_the_stretch() {
+    // A cube of 0.02 mm that turns about a line 1 km away comes along X to 0.05 mm beside `a`; the arc ends 0.9e-10 rad, or 0.09 mm, beside the next move.
+    let a = cube(&format!("a - fixture - {PLAIN}"), [-10.0, 0.0, 0.0], 10.0);
+    let b = cube(&format!("b t holder - {PLAIN}"), [0.05, 0.0, 0.0], 0.01);
+    let moves = "point 0 1 A -1e-9\nfeed 1 1 A 0.9e-10 B 1e-9 arc A B 0 0 -1.5707963267948966\npoint 2 1\n";
+    let text = |arc: &str, last: &str| {
+        let moves = moves.replace("A 0.9e-10", arc);
+        let free = "free 1.5 1 p 16777216 0 0 1\nsame 2 1\n";
+        written(&format!(
+            "turn t - {PLAIN} A 0 0 1 0 -1000000000 0\n{a}{b}{moves}pair a b examined\nopen 1 0\n{free}{last}"
+        ))
+    };
+    let inside = format!("free 3 1 {}\n", leaves(12, &mut from_inside([-10.0, 0.0, 0.0], 10.0).into_iter()));
+    accepted(&text("A 0", "same 3 1"));
+    refused_at(&text("A 0.9e-10", &inside), "end", "before this line one part may be inside the other");
+}
+
+#[test]
 fn bodies_that_touch_have_an_inside() {
     // Two cubes with one edge in common, four faces of which pass along it; or with one side, whose faces are there both ways.
     let inside = "before this line one part may be inside the other";
