@@ -1,12 +1,13 @@
 //! What the certificate states, compared with the files of the scene, read anew.
 
-use crate::interval::{I, Pose, V, ZERO, norm};
+use crate::interval::{I, Pose, V, ZERO, dot, minus, norm, times};
 use crate::machine::Link;
 use crate::mesh::{in_order, on_grid};
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Neg;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -169,19 +170,36 @@ impl<'a> Files<'a> {
         is_same.then_some(()).ok_or(format!("link `{name}`: the file has another joint"))
     }
 
-    /// A tool with measures has parts.
+    /// A tool with measures has parts, whose axis goes through the gauge point and the tip, and which begin at the tip.
     fn tool(&self, file: &Value, trust: &mut impl FnMut(&str)) -> Checked {
-        let number = file.get("number").and_then(Value::as_integer);
-        let has_holder = !array(file, "holder").is_empty();
-        for role in ["cutter", "shank", "holder"].into_iter().filter(|_| file.get("flute_mm").is_some()) {
-            let name = format!("tool-{}-{role}", number.unwrap_or_default());
-            let is_it = |part: &Part| part.name == name && part.role == role && part.tool.map(i64::from) == number;
-            match self.stated.parts.iter().any(is_it) {
-                false if role == "cutter" || role == "holder" && has_holder => {
-                    return Err(format!("part `{name}` is missing"));
+        if file.get("flute_mm").is_none() {
+            return Ok(());
+        }
+        let id = file.get("number").and_then(Value::as_integer).unwrap_or_default();
+        let tip = self.stated.machine.tip.as_ref().ok_or("a tool with measures without a tool_centre_point")?;
+        let holder = array(file, "holder");
+        let holder_mm: f64 = holder.iter().filter_map(|step| number(value(step, "length_mm"))).sum();
+        let [length, stickout] = ["length_mm", "stickout_mm"].map(|key| number(value(file, key)));
+        let mut length = length.or(stickout.map(|stickout| stickout + holder_mm)).map(I::of);
+        for role in ["cutter", "shank", "holder"] {
+            let name = format!("tool-{id}-{role}");
+            let is_it = |part: &&Part| part.name == name && part.role == role && part.tool.map(i64::from) == Some(id);
+            let Some(Part { link, pose, .. }) = self.stated.parts.iter().find(is_it) else {
+                match role {
+                    "shank" => trust(&format!("that there is no `{name}`")),
+                    "holder" if holder.is_empty() => {}
+                    _ => return Err(format!("part `{name}` is missing")),
                 }
-                false if role == "shank" => trust(&format!("that there is no `{name}`")),
-                _ => {}
+                continue;
+            };
+            let way = minus(&pose.t, &tip.gauge);
+            let length = length.get_or_insert_with(|| {
+                trust(&format!("the length of tool {id}"));
+                dot(&way, &tip.direction)
+            });
+            let is_there = *link == tip.tool && near(&way, &times(&tip.direction, *length), MOVED_MM);
+            if !is_there || !near(&pose.r[2], &tip.direction.map(Neg::neg), TURNED) {
+                return Err(format!("part `{name}` is not where the tool is"));
             }
         }
         Ok(())
@@ -243,8 +261,11 @@ fn text<'a>(file: &'a Value, key: &str) -> &'a str {
     value(file, key).as_str().unwrap_or_default()
 }
 
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|x| x as f64))
+}
+
 fn vector(file: &Value, key: &str) -> V {
-    let number = |value: &Value| value.as_float().or(value.as_integer().map(|x| x as f64));
     [0, 1, 2].map(|i| array(file, key).get(i).and_then(number).map_or(ZERO, I::of))
 }
 

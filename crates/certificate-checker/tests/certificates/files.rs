@@ -180,6 +180,30 @@ fn tools_with_measures_have_parts() {
     assert!(why.starts_with("by the scene, tool-1-cutter:"), "{why}");
     let holder = ", diameter_mm = 6, flute_mm = 20, holder = [{ diameter_mm = 30, length_mm = 50 }]";
     assert_eq!(with(std::slice::from_ref(&cutter), &tool(holder)).unwrap_err(), "part `tool-1-holder` is missing");
+    // The gauge point is at Z5 of the head: the tip is there or below, by what the scene says of the length, and the axis points up.
+    let bare = ", diameter_mm = 6, flute_mm = 20";
+    let at = |place: &str| cutter.replace("head cutter 1 1 0 0 0 0 0 0", place);
+    let below = "head cutter 1 0.9 0 0 0.4 0 0 -65";
+    let not_there = "part `tool-1-cutter` is not where the tool is";
+    for (place, more, is_there) in [
+        (below, "", true),
+        (below, ", length_mm = 70", true),
+        (below, ", stickout_mm = 70", true),
+        (below, ", length_mm = 70.00001", false),
+        (below, ", stickout_mm = 60", false),
+        ("- cutter 1 1 0 0 0 0 0 -65", "", false),
+        ("slide cutter 1 1 0 0 0 0 0 -65", "", false),
+        ("head cutter 1 1 0 0 0 0 0.00001 -65", "", false),
+        ("head cutter 1 1 0 0 0 0 0 995", ", length_mm = 70", false),
+        ("head cutter 1 0 1 0 0 0 0 -65", "", false),
+        ("head cutter 1 1 0.00001 0 0 0 0 -65", "", false),
+    ] {
+        let why = with(&[at(place)], &tool(&format!("{bare}{more}"))).unwrap_err();
+        assert_eq!(why != not_there, is_there, "{place}{more}: {why}");
+    }
+    let long = tool(&format!("{holder}, stickout_mm = 20"));
+    assert_eq!(with(&[at(below)], &long).unwrap_err(), "part `tool-1-holder` is missing");
+    assert_eq!(with(&[at(below)], &long.replace("= 20", "= 30")).unwrap_err(), not_there);
     let other = cutter.replace("head cutter 1", "head shank 1");
     assert_eq!(
         with(&[other], &tool(", diameter_mm = 6, flute_mm = 20")).unwrap_err(),
