@@ -82,3 +82,34 @@ fn bad_usage_ends_with_two() {
     let (_, error, code) = run(&["no-such-file.cert"], "");
     assert!(code == 2 && error.starts_with("no-such-file.cert: "), "{error}");
 }
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_cannot_be_written_or_decoded_is_no_panic() {
+    use std::os::unix::ffi::OsStrExt;
+    let run = |arguments: &[&std::ffi::OsStr], out: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_certificate-checker"));
+        command.args(arguments).stdout(out).stderr(Stdio::null()).status().unwrap().code()
+    };
+    let closed = || {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        Stdio::from(writer)
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let named = folder.join(std::ffi::OsStr::from_bytes(b"fr\xe4se.cert"));
+    std::fs::write(&named, signed(&lines("five-axis"))).unwrap();
+    let refused = folder.join("refused.cert");
+    std::fs::write(&refused, "none").unwrap();
+    let missing = folder.join("missing.cert");
+    let scene = folder.join(std::ffi::OsStr::from_bytes(b"\xe4"));
+    for (file, code) in [(&named, 0), (&refused, 1), (&missing, 2)] {
+        // A reader that has gone away has read what it asked for.
+        assert_eq!(run(&[file.as_os_str()], closed()), Some(code), "{}", file.display());
+    }
+    assert_eq!(run(&[named.as_os_str(), "--scene".as_ref(), scene.as_os_str()], Stdio::null()), Some(1));
+    assert_eq!(run(&[std::ffi::OsStr::from_bytes(b"--\xe4")], closed()), Some(2));
+    if let Ok(full) = std::fs::File::create("/dev/full") {
+        assert_eq!(run(&[named.as_os_str()], full.into()), Some(2));
+    }
+}
