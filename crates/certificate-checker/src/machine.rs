@@ -4,7 +4,6 @@ use crate::Part;
 use crate::interval::{I, ONE, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::ROTARY;
 use std::array::from_fn;
-use std::collections::BTreeSet;
 
 /// A joint; directions are of length 1.
 pub struct Joint {
@@ -143,10 +142,18 @@ impl Machine {
     }
 
     /// The joints between a link and the nearest link that carries it and the other one, from the link on.
-    pub fn chain(&self, link: usize, other: usize) -> Vec<usize> {
-        let up = |link| std::iter::successors(Some(link), |&link: &usize| (link > 0).then(|| self.links[link].parent));
-        let others: BTreeSet<usize> = up(other).collect();
-        up(link).filter(|link| !others.contains(link) && self.links[*link].joint.is_some()).collect()
+    pub fn chain(&self, mut link: usize, mut other: usize) -> Vec<usize> {
+        let mut chain = Vec::new();
+        // Parents have smaller numbers.
+        while link != other {
+            if link > other {
+                chain.extend(self.links[link].joint.is_some().then_some(link));
+                link = self.links[link].parent;
+            } else {
+                other = self.links[other].parent;
+            }
+        }
+        chain
     }
 
     /// Whether this axis is A, B or C, or drives a rotary joint.

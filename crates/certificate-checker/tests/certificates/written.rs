@@ -604,6 +604,26 @@ fn links_and_ways_are_counted() {
     let open: String = (1..=100).map(|to| format!("open {to} 0\n")).collect();
     let [few, many] = ["open 100 0\n", &open].map(|open| accepted(&written(&format!("{parts}{open}"))).work);
     assert!(many > few + 30 * 99 * 100, "{many}, {few}");
+    // So does each pair, from either part up to where the two ways meet: behind two slides, and behind one.
+    let chain = format!(
+        "{links}slide s - {PLAIN} X 1 0 0\nslide t s {PLAIN} Y 0 1 0\nlink u l99 {PLAIN}\nslide w u {PLAIN} Z 0 0 1\n"
+    );
+    let parts =
+        ["t", "w", "s", "u"].map(|link| cube(&format!("{link} {link} machine - {PLAIN}"), [0.0; 3], 1.0)).concat();
+    let pairs = |why: [&str; 6]| {
+        let pairs = ["t w", "t s", "t u", "w s", "w u", "s u"];
+        let lines: String = pairs.iter().zip(why).map(|(pair, why)| format!("pair {pair} {why}\n")).collect();
+        checked(&written(&format!("{chain}{parts}point 0 1\n{lines}"))).map_err(|refusal| refusal.why)
+    };
+    let why = ["ignored", "neighbours", "ignored", "ignored", "neighbours", "neighbours"];
+    assert!(pairs(why).unwrap().work > 6 * 100);
+    for (at, wrong) in
+        [(0, "neighbours"), (1, "rigid"), (2, "neighbours"), (3, "neighbours"), (4, "rigid"), (5, "rigid")]
+    {
+        let mut why = why;
+        why[at] = wrong;
+        assert_eq!(pairs(why).unwrap_err(), format!("the pair is not `{wrong}`"));
+    }
     // A plane is taken up with each way of a motion: over whole steps each axis has one.
     let axes = "rapid 0 1 X 1 Y 1 Z 1 U 1 V 1 W 1\nrapid 0 1 X 0 Y 0 Z 0 U 0 V 0 W 0\n";
     let slides: String = ["- X", "X Y", "Y Z", "Z U", "U V", "V W"]
