@@ -62,8 +62,9 @@ pub struct Doubt {
     pub pair: Pair,
     /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
     pub within: [f64; 2],
-    /// For a collision the travel between these fractions, mm; for an unresolved stretch the clearance at which the search stopped, mm.
-    pub size_mm: f64,
+    /// For a collision the travel between these fractions, mm; for any other stretch the clearance at which the search stopped, mm, and `None` where nothing bounds
+    /// the way of the axes there.
+    pub size_mm: Option<f64>,
     /// Any but [`Verdict::Free`].
     pub verdict: Verdict,
 }
@@ -188,7 +189,7 @@ fn conclude(
                 }
                 Finding::Open { apart_mm } if scene.is_cutting(*pair) => (entry.to, *apart_mm, Verdict::Stock),
                 Finding::Open { apart_mm } => (entry.to, *apart_mm, Verdict::Unresolved),
-                Finding::Hit { place, way_mm, .. } => (*place, *way_mm, Verdict::Collision),
+                Finding::Hit { place, way_mm, .. } => (*place, Some(*way_mm), Verdict::Collision),
             };
             for step in entry.from.floor() as usize..entry.to.ceil() as usize {
                 let (line, begin) = (track.steps[step].line, step as f64);

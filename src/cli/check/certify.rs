@@ -110,14 +110,15 @@ impl Written {
 fn line(scene: &Scene, doubt: &Doubt) -> String {
     let Doubt { line, pair, within: [from, to], size_mm, verdict } = doubt;
     let pair = scene.pair_name(*pair);
-    match verdict {
-        Verdict::Collision => {
-            format!(
-                "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
-            )
-        }
-        _ => format!(
+    match (verdict, size_mm) {
+        (Verdict::Collision, Some(size_mm)) => format!(
+            "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
+        ),
+        (_, Some(size_mm)) => format!(
             "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, the search stopped {size_mm:.6} mm apart"
+        ),
+        (_, None) => format!(
+            "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, nothing bounds the way of the axes where the search stopped"
         ),
     }
 }
