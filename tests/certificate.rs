@@ -49,6 +49,7 @@ fn accepted(certificate: &Certificate, what: &str) -> Report {
     });
     let own: BTreeMap<u32, &str> = certificate.blocks.iter().map(|(line, verdict)| (*line, verdict.name())).collect();
     assert_eq!(report.blocks, own, "{what}");
+    assert_eq!(report.cutting, certificate.cutting, "{what}");
     report
 }
 
@@ -330,6 +331,7 @@ start = { z_mm = 20 }
     // The mill's end is 20 mm above its zero point, the block's top at Z10: at Z-10 one slides over the other.
     let wanted = ["free", "free", "free", "free", "free", "stock", "free", "free", "stock", "free", "free"];
     assert_eq!(found, wanted, "{:?}", certificate.doubts);
+    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 3, 4]);
     let report = accepted(&certificate, "a rapid");
     assert!(
         report.notes.contains(&"at rapids alone, against the whole workpiece: block:mill".to_owned()),

@@ -83,5 +83,9 @@ fn told(report: &Report) -> String {
         }
     }
     let (free, all, pairs, intervals) = (lines("free").len(), report.blocks.len(), report.examined, report.intervals);
-    text + &format!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs\n")
+    let cutting = match report.cutting.len() {
+        0 => String::new(),
+        count => format!("; in {count} blocks a cutter feeds, where it may be in the workpiece"),
+    };
+    text + &format!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs{cutting}\n")
 }

@@ -73,11 +73,14 @@ impl Written {
         let [free, stock, collision, unresolved] =
             [Verdict::Free, Verdict::Stock, Verdict::Collision, Verdict::Unresolved]
                 .map(|verdict| certificate.count(verdict));
-        if stock > 0 {
-            let blocks = if stock == 1 { "block" } else { "blocks" };
-            say(format!(
-                "not certified: the cutter against what is left of the workpiece, in {stock} {blocks} with a rapid near or in it"
-            ));
+        for (count, what, which) in [
+            (certificate.cutting.len(), "the workpiece", "in which it feeds"),
+            (stock, "what is left of the workpiece", "with a rapid near or in it"),
+        ] {
+            let blocks = if count == 1 { "block" } else { "blocks" };
+            if count > 0 {
+                say(format!("not certified: the cutter against {what}, in {count} {blocks} {which}"));
+            }
         }
         say(format!(
             "{}: of {} blocks {free} are free (proved), {stock} of all but the workpiece, {collision} collide (proved), {unresolved} are unresolved, for {} pairs; {search_s:.2} s, {} bytes",

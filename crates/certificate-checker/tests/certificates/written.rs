@@ -526,6 +526,7 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "free", "stock"]);
     let report = accepted(&text);
     assert_eq!((report.examined, report.intervals), (1, 1));
+    assert_eq!(report.cutting.into_iter().collect::<Vec<_>>(), [1, 2]);
     assert!(report.notes.contains(&"at rapids alone, against the whole workpiece: a:b".to_owned()));
     // In pieces of steps as well, and an arc is a feed.
     accepted(&cutting(moves, &format!("cutting\n{free}\nopen 3.5 0\nopen 4 0")));
@@ -542,6 +543,10 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "stock", "stock"]);
     let kept = changed.replace("rapid 3 1", "rapid 3 2");
     assert_eq!(blocks(&cutting(&kept, &format!("cutting\n{free}\nopen 3 0\nopen 4 0")))[2], "stock");
+    // A tool that is not there does not cut.
+    let away = text.replace("b s cutter -", "b s cutter 2").replace("bvbench-certificate 3\n", "");
+    let report = accepted(&written(&away.replace(&format!("{free}\nopen 3 0\nopen 4 0\n"), "open 3 0\n")));
+    assert!(report.cutting.is_empty(), "{:?}", report.cutting);
     // To touch the whole workpiece is not to touch what is left of it.
     let hit = format!("cutting\n{free}\nhit 4 3.5 10 0 0");
     refused_at(&cutting(moves, &hit), "hit", "what is left of the workpiece");
