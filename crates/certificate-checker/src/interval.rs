@@ -85,12 +85,9 @@ impl I {
         // x is 0.8 at most: the first terms left out, of x^22 and x^23, are below 0.8^22 / 22! < 1e-23.
         let rest = Self { lo: -1e-23, hi: 1e-23 };
         let (s, c) = (x * series(2) + rest + spread, series(1) + rest + spread);
-        match quarters.rem_euclid(4.0) as u8 {
-            0 => [s, c],
-            1 => [c, -s],
-            2 => [-s, -c],
-            _ => [-c, s],
-        }
+        // Each quarter on, the sine becomes the cosine and the cosine the sine turned back.
+        let (ring, quarter) = ([s, c, -s, -c], quarters.rem_euclid(4.0) as usize);
+        [ring[quarter], ring[(quarter + 1) % 4]]
     }
 }
 
