@@ -151,6 +151,12 @@ pub fn norm(a: &V) -> I {
     (a[0].squared() + a[1].squared() + a[2].squared()).sqrt()
 }
 
+/// The direction; everything where there may be none.
+pub fn unit(a: &V) -> V {
+    let length = norm(a);
+    a.map(|x| x.over(length))
+}
+
 /// The sum.
 pub fn plus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| a[i] + b[i])
@@ -179,7 +185,7 @@ impl Pose {
     /// No motion.
     pub const IDENTITY: Self = Self { r: [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]], t: [ZERO; 3] };
 
-    /// By a quaternion (w, x, y, z) of any length but zero.
+    /// By a quaternion (w, x, y, z) of any length; everything where that may be zero.
     pub fn of([w, x, y, z]: [f64; 4], t: V) -> Self {
         let (w, v) = (I::of(w), [x, y, z].map(I::of));
         let [along, across] = [w.squared(), v[0].squared() + v[1].squared() + v[2].squared()];

@@ -1,6 +1,6 @@
 //! What the certificate states, compared with the files of the scene, read anew.
 
-use crate::interval::{I, Pose, V, ZERO, dot, minus, norm, times};
+use crate::interval::{I, Pose, V, ZERO, dot, minus, times, unit};
 use crate::machine::Link;
 use crate::mesh::on_grid;
 use crate::read::{DEGREE, ROTARY, axis};
@@ -153,7 +153,7 @@ impl Files<'_> {
                 let axis = axis(&text(file, "axis").to_uppercase())?;
                 let turns = ROTARY.contains(&axis) || file.get("turns").and_then(Value::as_bool).unwrap_or(false);
                 [axis, usize::from(turns)] == [joint.axis, usize::from(joint.turns.is_some())]
-                    && near(&direction(file), &joint.direction, TURNED)
+                    && near(&unit(&vector(file, "direction")), &joint.direction, TURNED)
                     && joint.turns.is_none_or(|point| near(&vector(file, "point_mm"), &point, MOVED_MM))
             }
             (file, joint) => file.is_none() && joint.is_none(),
@@ -233,7 +233,7 @@ impl Files<'_> {
         let is_same = match (file, &self.stated.machine.tip) {
             (Some(file), Some(tip)) => {
                 let down = [ZERO, ZERO, I::of(-1.0)];
-                let given = if file.get("direction").is_some() { direction(file) } else { down };
+                let given = if file.get("direction").is_some() { unit(&vector(file, "direction")) } else { down };
                 [self.named(file, "tool_link")?, self.named(file, "work_link")?] == [tip.tool, tip.work]
                     && near(&vector(file, "gauge_mm"), &tip.gauge, MOVED_MM)
                     && near(&given, &tip.direction, TURNED)
@@ -262,11 +262,6 @@ fn number(value: &Value) -> Option<f64> {
 
 fn vector(file: &Value, key: &str) -> V {
     [0, 1, 2].map(|i| array(file, key).get(i).and_then(number).map_or(ZERO, I::of))
-}
-
-fn direction(file: &Value) -> V {
-    let direction = vector(file, "direction");
-    direction.map(|x| x.over(norm(&direction)))
 }
 
 /// `at`: turned about X, then Y, then Z, then moved.

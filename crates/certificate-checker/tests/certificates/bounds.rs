@@ -269,6 +269,38 @@ fn whole_steps_stay_in_a_box() {
 }
 
 #[test]
+fn what_has_no_rotation_or_direction_is_anywhere() {
+    let (moves, x) = ("point 0 1\nfeed 1 1 X 0.5", "slide x - 1 0 0 0 0 0 0 X 1 0 0");
+    let case = Case { links: x, a: ["-", PLAIN], b: ["x", PLAIN], centre: [0.0, 0.0, 9.0], moves };
+    let free = "1e9 p 0 0 16777216 50000000";
+    let are_refused = |case: &Case<'_>| [0.0, 1.0].map(|from| case.why(from, from + 1.0, free).is_some());
+    // Of any length but zero.
+    for links in [x, "slide x - 1e-9 0 0 0 0 0 0 X 1 0 0", "slide x - 1 0 0 0 0 0 0 X 1e-9 0 0"] {
+        assert_eq!(are_refused(&Case { links, ..case }), [false; 2], "{links}");
+    }
+    for links in [
+        "slide x - 0 0 0 0 0 0 0 X 1 0 0",
+        "slide x - 1e-200 0 0 0 0 0 0 X 1 0 0",
+        "slide x - 1 0 0 0 0 0 0 X 0 0 0",
+        "slide x - 1 0 0 0 0 0 0 X 1e-200 0 0",
+        "turn x - 1 0 0 0 0 0 0 A 0 0 0 0 0 0",
+        "turn x - 1 0 0 0 0 0 0 U 1e-200 0 0 0 0 0",
+    ] {
+        assert_eq!(are_refused(&Case { links, ..case }), [true; 2], "{links}");
+    }
+    assert_eq!(are_refused(&Case { a: ["-", "0 0 0 0 0 0 0"], ..case }), [true; 2]);
+    assert_eq!(are_refused(&Case { b: ["x", "0 0 0 0 0 0 0"], ..case }), [true; 2]);
+    // Neither does the tip follow what has none.
+    let moves = "point 0 1 X 14 tip 70\nfeed 1 1 X 6 tip 70";
+    for links in [table(SLIDES), table(&SLIDES.replace("Z 0 0 1", "Z 0 0 0")), table(SLIDES).replace("0 0 -2", "0 0 0")]
+    {
+        let case = Case { links: &links, a: ["c", PLAIN], b: ["z", PLAIN], centre: [3.0, 0.0, 90.0], moves };
+        let is_plain = links == table(SLIDES);
+        assert_eq!(are_refused(&case), [!is_plain; 2], "{links}");
+    }
+}
+
+#[test]
 fn a_jump_is_refused() {
     let jump = |links: &str, first: &str, x: f64, y: f64| {
         let moves = format!(

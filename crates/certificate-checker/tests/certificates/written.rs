@@ -157,8 +157,6 @@ fn statements_that_make_no_sense_are_refused() {
     for (line, why) in [
         ("link a - 1 0 0 0 0 0 0", "link `a` was there before"),
         ("link b c 1 0 0 0 0 0 0", "no link `c`"),
-        ("link b - 0 0 0 0 0 0 0", "no rotation"),
-        ("link b - 0.7 0 0 0 0 0 0", "no rotation"),
         ("link b - 1 0 0 0 0 0", "a word is missing"),
         ("hinge b - 1 0 0 0 0 0 0 A 0 0 1", "no such keyword"),
         ("link b - 1 0 0 0 0 0 0 A 0 0 1", "`A` is too much"),
@@ -166,7 +164,6 @@ fn statements_that_make_no_sense_are_refused() {
         ("link b b 1 0 0 0 0 0 0", "no link `b`"),
         ("slide b - 1 0 0 0 0 0 0 Q 0 0 1", "`Q` is not an axis"),
         ("slide b - 1 0 0 0 0 0 0 XY 0 0 1", "`XY` is not an axis"),
-        ("slide b - 1 0 0 0 0 0 0 X 0 0 0.001", "no direction"),
         ("slide b - 1 0 0 0 0 0 0 A 0 0 1", "A, B and C turn"),
         ("slide b - 1 0 0 0 0 0 0 C 0 0 1", "A, B and C turn"),
         ("turn b - 1 0 0 0 0 0 0 A 0 0 1", "a word is missing"),
@@ -178,7 +175,6 @@ fn statements_that_make_no_sense_are_refused() {
         refused(&head(line), 3, why);
     }
     for line in [
-        "link b - 0.71 0 0 0 0 0 0",
         "link b - 0.5 0.5 0 0 0 0 0",
         "slide b - 1 0 0 0 0 0 -1e12 W 0 0 0.0011",
         "tip - a 0 0 0 0 0 1",
@@ -195,7 +191,6 @@ fn statements_that_make_no_sense_are_refused() {
     for (step, why) in [
         ("feed 0 1 arc X Y 0 0", "a word is missing"),
         ("feed 0 1 arc X Y 0 0 1 2 3", "`2` is not an axis"),
-        ("feed 0 1 arc X X 0 0 1", "a plane of one axis"),
         ("feed 0 1 X", "a word is missing"),
         ("feed 0 1 Q 3", "`Q` is not an axis"),
         ("feed 0", "a word is missing"),
