@@ -258,8 +258,7 @@ impl Machine {
         if is_flat || !is_place && (off.hi >= 1.0 || least.lo <= 0.2) {
             return None;
         }
-        let round_all = (norm(&way) + round + turned).over(I::of(least.lo));
-        region.ball[..3].fill(if is_place { ZERO } else { round_all });
+        region.ball[..3].fill(if is_place { ZERO } else { (norm(&way) + round + turned).over(I::of(least.lo)) });
         region.tip = Some(TipWay { place, way, round });
         Some(region)
     }

@@ -213,19 +213,14 @@ impl Files<'_> {
         let units = [("cm", 10.0), ("m", 1000.0), ("inch", 25.4)];
         let unit = units.into_iter().find(|unit| unit.0 == text(file, "unit")).map_or(1.0, |unit| unit.1);
         // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
-        let sorted = |face: [_; 3]| {
-            let mut corners = face;
-            corners.sort_unstable();
-            corners
-        };
         let mut found = BTreeMap::new();
         for face in stl(&content, unit).ok_or(format!("{path} is not an STL file"))? {
-            found.entry(sorted(face)).or_insert(face);
+            found.entry(BTreeSet::from(face)).or_insert(face);
         }
-        found.retain(|corners, _| corners[0] != corners[1] && corners[1] != corners[2]);
+        found.retain(|corners, _| corners.len() == 3);
         let is_turned = |[a, b, c]: [_; 3], own| [[a, b, c], [b, c, a], [c, a, b]].contains(&own);
-        let mut is_found = |&face| found.remove(&sorted(face)).is_some_and(|own| is_turned(face, own));
-        let is_same = mesh.faces.iter().all(&mut is_found) && found.is_empty();
+        let is_found = |&face| found.remove(&BTreeSet::from(face)).is_some_and(|own| is_turned(face, own));
+        let is_same = mesh.faces.iter().all(is_found) && found.is_empty();
         is_same.then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
     }
 
