@@ -49,6 +49,7 @@ fn accepted(certificate: &Certificate, what: &str) -> Report {
     });
     let own: BTreeMap<u32, &str> = certificate.blocks.iter().map(|(line, verdict)| (*line, verdict.name())).collect();
     assert_eq!(report.blocks, own, "{what}");
+    assert_eq!(report.cutting, certificate.cutting, "{what}");
     report
 }
 
@@ -95,7 +96,10 @@ fn thin_walls_are_not_jumped_over() {
             assert_eq!(certificate.blocks[&2], Verdict::Collision, "{what}: {:?}", certificate.doubts);
             assert_eq!([certificate.blocks[&1], certificate.blocks[&3]], [Verdict::Free; 2], "{what}");
             let doubt = &certificate.doubts[0];
-            assert!(doubt.size_mm < 1e-3 && doubt.within[1] > doubt.within[0], "{what}: {doubt:?}");
+            assert!(
+                doubt.size_mm.is_some_and(|size_mm| size_mm < 1e-3) && doubt.within[1] > doubt.within[0],
+                "{what}: {doubt:?}"
+            );
             if axis == "Z" {
                 // The lower side of the blade meets the upper side of the wall at Z = thick.
                 let contact = (25.0 - thick) / 55.0;
@@ -244,6 +248,52 @@ file = "own.ngc"
 }
 
 #[test]
+fn where_nothing_bounds_the_axes_no_distance_is_told() {
+    let scene = r#"
+title = "A quill behind the tilt, led by the tip"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[machine.links]]
+name = "tilt"
+parent = "y"
+joint = { axis = "B", direction = [0, 1, 0] }
+[[machine.links]]
+name = "quill"
+parent = "tilt"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[parts]]
+name = "block"
+role = "fixture"
+shape = { kind = "rounded-box", size_mm = [20, 20, 20], fillet_mm = 0 }
+[[parts]]
+name = "chuck"
+role = "holder"
+link = "quill"
+shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 }
+[program]
+file = "own.ngc"
+start = { z_mm = 200 }
+tools = [{ number = 1, offset = { z_mm = 50 } }]
+tool = 1
+tool_centre_point = { tool_link = "quill" }
+"#;
+    // X and the quill are too near to one line from 41.5 degrees on.
+    let certificate = certified(&load(scene, "G43.4 H1\nG1 X0 Y0 Z30 F500\nG1 B40\nG1 B50\nM2"));
+    assert_eq!(certificate.blocks[&4], Verdict::Unresolved);
+    assert!(
+        certificate.doubts.iter().all(|doubt| doubt.line == 4 && doubt.size_mm.is_none()),
+        "{:?}",
+        certificate.doubts
+    );
+    accepted(&certificate, "no bound");
+}
+
+#[test]
 fn a_rapid_through_the_workpiece_is_not_free_and_a_feed_is() {
     let scene = r#"
 title = "A block that is cut"
@@ -281,6 +331,7 @@ start = { z_mm = 20 }
     // The mill's end is 20 mm above its zero point, the block's top at Z10: at Z-10 one slides over the other.
     let wanted = ["free", "free", "free", "free", "free", "stock", "free", "free", "stock", "free", "free"];
     assert_eq!(found, wanted, "{:?}", certificate.doubts);
+    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 3, 4]);
     let report = accepted(&certificate, "a rapid");
     assert!(
         report.notes.contains(&"at rapids alone, against the whole workpiece: block:mill".to_owned()),

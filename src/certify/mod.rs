@@ -25,7 +25,7 @@ use hull::{Token, Tree};
 use motion::{PairMotion, Track};
 use rayon::prelude::*;
 use search::{Asked, Entry, Finding, Search};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Verdict on a block of the program.
@@ -62,8 +62,9 @@ pub struct Doubt {
     pub pair: Pair,
     /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
     pub within: [f64; 2],
-    /// For a collision the travel between these fractions, mm; for an unresolved stretch the clearance at which the search stopped, mm.
-    pub size_mm: f64,
+    /// For a collision the travel between these fractions, mm; for any other stretch the clearance at which the search stopped, mm, and `None` where nothing bounds
+    /// the way of the axes there.
+    pub size_mm: Option<f64>,
     /// Any but [`Verdict::Free`].
     pub verdict: Verdict,
 }
@@ -75,6 +76,8 @@ pub struct Certificate {
     pub text: String,
     /// Each line of the program that has moves, in order, with what is known of it.
     pub blocks: BTreeMap<u32, Verdict>,
+    /// Lines in which a cutter feeds, where it may be in the workpiece.
+    pub cutting: BTreeSet<u32>,
     /// Stretches on which a pair is not proved free, by place.
     pub doubts: Vec<Doubt>,
     /// Pairs that are not examined, and why.
@@ -176,11 +179,16 @@ fn conclude(
     found: &[(Pair, Vec<Entry>)],
 ) -> Certificate {
     let mut blocks: BTreeMap<u32, Verdict> = track.steps.iter().map(|step| (step.line, Verdict::Free)).collect();
-    let (mut doubts, mut intervals, mut planes) = (Vec::new(), 0, 0);
+    let (mut cutting, mut doubts, mut intervals, mut planes) = (BTreeSet::new(), Vec::new(), 0, 0);
     for (pair, entries) in found {
         for entry in entries {
+            let steps = entry.from.floor() as usize..entry.to.ceil() as usize;
             let (end, size_mm, verdict) = match &entry.finding {
-                Finding::Away | Finding::Meant => continue,
+                Finding::Away => continue,
+                Finding::Meant => {
+                    cutting.extend(track.steps[steps].iter().map(|step| step.line));
+                    continue;
+                }
                 Finding::Free { front, .. } => {
                     intervals += 1;
                     planes += front.iter().flatten().filter(|token| matches!(token, Token::Plane { .. })).count();
@@ -188,9 +196,9 @@ fn conclude(
                 }
                 Finding::Open { apart_mm } if scene.is_cutting(*pair) => (entry.to, *apart_mm, Verdict::Stock),
                 Finding::Open { apart_mm } => (entry.to, *apart_mm, Verdict::Unresolved),
-                Finding::Hit { place, way_mm, .. } => (*place, *way_mm, Verdict::Collision),
+                Finding::Hit { place, way_mm, .. } => (*place, Some(*way_mm), Verdict::Collision),
             };
-            for step in entry.from.floor() as usize..entry.to.ceil() as usize {
+            for step in steps {
                 let (line, begin) = (track.steps[step].line, step as f64);
                 let known = blocks.entry(line).or_insert(verdict);
                 *known = verdict.max(*known);
@@ -202,5 +210,5 @@ fn conclude(
     doubts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let doubts = doubts.into_iter().map(|(_, doubt)| doubt).collect();
     let text = text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found });
-    Certificate { text, blocks, doubts, skipped, examined: found.len(), intervals, planes }
+    Certificate { text, blocks, cutting, doubts, skipped, examined: found.len(), intervals, planes }
 }

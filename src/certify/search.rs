@@ -39,8 +39,8 @@ pub(super) enum Finding {
     Free { bound_mm: f64, front: Option<Vec<Token>> },
     /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
     Hit { place: f64, way_mm: f64, faces: [u32; 2] },
-    /// Neither is proved. Holds the distance of the nearest triangles that were met, at the last interval tried, mm.
-    Open { apart_mm: f64 },
+    /// Neither is proved. Holds the distance of the nearest triangles that were met, at the last interval tried, mm; `None` where nothing bounds the axes there.
+    Open { apart_mm: Option<f64> },
     /// One of the two is not in the spindle.
     Away,
     /// The cutter feeds into the workpiece: contact is what the program is for.
@@ -70,7 +70,7 @@ pub(super) struct Search<'a> {
     hint: Vector,
     /// Two triangles that no plane was found for.
     failed: Option<[u32; 2]>,
-    apart_mm: f64,
+    apart_mm: Option<f64>,
     open_on_step: u32,
     open_in_all: u32,
     /// Fronts that had too many planes, on the step and on the whole path.
@@ -100,7 +100,7 @@ impl<'a> Search<'a> {
             front: Vec::new(),
             hint: Vector::x(),
             failed: None,
-            apart_mm: 0.0,
+            apart_mm: None,
             open_on_step: 0,
             open_in_all: 0,
             given_up: [0; 2],
@@ -171,7 +171,9 @@ impl<'a> Search<'a> {
                 continue;
             }
             let mut bound_mm = f64::INFINITY;
-            if let Some(region) = self.track.region(at, to) {
+            let region = self.track.region(at, to);
+            self.apart_mm = region.as_ref().map(|_| self.apart_mm.unwrap_or(0.0));
+            if let Some(region) = region {
                 let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
                 bound_mm = sweep.bound_mm();
                 let tried = Cell::new(0);
@@ -201,11 +203,11 @@ impl<'a> Search<'a> {
         if let Some(failed) = self.failed
             && !parting.parts_triangles(failed)
         {
-            self.apart_mm = parting.apart_mm(failed);
+            self.apart_mm = Some(parting.apart_mm(failed));
             return None;
         }
         if self.touches_at(&parting.sweep.a_from_b) {
-            self.apart_mm = 0.0;
+            self.apart_mm = Some(0.0);
             return None;
         }
         match parting.front(&mut self.hint) {
@@ -214,7 +216,7 @@ impl<'a> Search<'a> {
                 Some(Some(front))
             }
             Err(Some(failed)) => {
-                (self.failed, self.apart_mm) = (Some(failed), parting.apart_mm(failed));
+                (self.failed, self.apart_mm) = (Some(failed), Some(parting.apart_mm(failed)));
                 None
             }
             Err(None) => {
@@ -262,7 +264,7 @@ impl<'a> Search<'a> {
         if from < at
             && let Some(Entry { finding: Finding::Open { apart_mm: before }, .. }) = self.entries.pop()
         {
-            apart_mm = apart_mm.min(before);
+            apart_mm = apart_mm.zip(before).map(|(apart, before)| apart.min(before));
         }
         self.push(from, end, Finding::Open { apart_mm });
         end
@@ -304,7 +306,7 @@ impl<'a> Search<'a> {
             }
             if !is_outside && self.is_inside_at(&self.entries[first]) {
                 for entry in &mut self.entries[first..end] {
-                    entry.finding = Finding::Open { apart_mm: 0.0 };
+                    entry.finding = Finding::Open { apart_mm: Some(0.0) };
                 }
             }
             first = end;

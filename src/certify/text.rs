@@ -122,7 +122,7 @@ impl Proof<'_> {
                 match finding {
                     // The checker sees itself on which steps nothing is to be proved.
                     Finding::Away | Finding::Meant => {}
-                    Finding::Open { apart_mm } => writeln!(text, "open {to} {apart_mm}")?,
+                    Finding::Open { apart_mm } => writeln!(text, "open {to} {}", apart_mm.unwrap_or(0.0))?,
                     Finding::Hit { place, way_mm, faces: [i, j] } => {
                         writeln!(text, "hit {to} {place} {way_mm} {i} {j}")?;
                     }

@@ -85,12 +85,9 @@ impl I {
         // x is 0.8 at most: the first terms left out, of x^22 and x^23, are below 0.8^22 / 22! < 1e-23.
         let rest = Self { lo: -1e-23, hi: 1e-23 };
         let (s, c) = (x * series(2) + rest + spread, series(1) + rest + spread);
-        match quarters.rem_euclid(4.0) as u8 {
-            0 => [s, c],
-            1 => [c, -s],
-            2 => [-s, -c],
-            _ => [-c, s],
-        }
+        // Each quarter on, the sine becomes the cosine and the cosine the sine turned back.
+        let (ring, quarter) = ([s, c, -s, -c], quarters.rem_euclid(4.0) as usize);
+        [ring[quarter], ring[(quarter + 1) % 4]]
     }
 }
 
@@ -154,6 +151,12 @@ pub fn norm(a: &V) -> I {
     (a[0].squared() + a[1].squared() + a[2].squared()).sqrt()
 }
 
+/// The direction; everything where there may be none.
+pub fn unit(a: &V) -> V {
+    let length = norm(a);
+    a.map(|x| x.over(length))
+}
+
 /// The sum.
 pub fn plus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| a[i] + b[i])
@@ -182,7 +185,7 @@ impl Pose {
     /// No motion.
     pub const IDENTITY: Self = Self { r: [[ONE, ZERO, ZERO], [ZERO, ONE, ZERO], [ZERO, ZERO, ONE]], t: [ZERO; 3] };
 
-    /// By a quaternion (w, x, y, z) of any length but zero.
+    /// By a quaternion (w, x, y, z) of any length; everything where that may be zero.
     pub fn of([w, x, y, z]: [f64; 4], t: V) -> Self {
         let (w, v) = (I::of(w), [x, y, z].map(I::of));
         let [along, across] = [w.squared(), v[0].squared() + v[1].squared() + v[2].squared()];

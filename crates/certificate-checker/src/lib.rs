@@ -31,6 +31,8 @@ pub struct Refusal {
 pub struct Report {
     /// Verdict of each line of the program, of [`VERDICTS`].
     pub blocks: BTreeMap<u32, &'static str>,
+    /// Lines in which a cutter feeds, where it may be in the workpiece.
+    pub cutting: BTreeSet<u32>,
     /// Pairs that are examined.
     pub examined: usize,
     /// Intervals that are proved free.
@@ -232,15 +234,17 @@ impl Checker {
 
     /// Passes over the steps that begin here on which not both parts are in the spindle, or the cutter is meant to cut.
     fn pass(&mut self) -> Checked {
-        let Self { work, stated: Stated { machine, parts, .. }, current: Some(current), .. } = self else {
+        let Self { work, stated: Stated { machine, parts, .. }, current: Some(current), report, .. } = self else {
             return Ok(());
         };
         while current.at.fract() == 0.0 && work.take(1) {
             let Some(step) = machine.steps.get(current.at as usize) else { break };
-            let is_away = |part: &usize| parts[*part].tool.is_some_and(|tool| tool != step.tool);
-            let is_meant = current.is_cutting && machine.cuts(current.at as usize);
-            if !is_meant && !current.parts.iter().any(is_away) {
-                break;
+            let is_there = |part: &usize| parts[*part].tool.is_none_or(|tool| tool == step.tool);
+            if current.parts.iter().all(is_there) {
+                if !current.is_cutting || !machine.cuts(current.at as usize) {
+                    break;
+                }
+                report.cutting.insert(step.line);
             }
             current.finish_stretch(parts, work)?;
             current.at += 1.0;
@@ -261,6 +265,10 @@ impl Checker {
         }
         let steps = step as usize..to.ceil() as usize;
         work.take(LINK * machine.links.len() + steps.len());
+        // A jump that is small for the axes need not be small for the parts.
+        if from == step && !machine.continues(steps.start) {
+            current.finish_stretch(parts, work)?;
+        }
         let mut verdict = "free";
         match keyword {
             "open" => {

@@ -4,7 +4,6 @@ use crate::Part;
 use crate::interval::{I, ONE, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::ROTARY;
 use std::array::from_fn;
-use std::collections::BTreeSet;
 
 /// A joint; directions are of length 1.
 pub struct Joint {
@@ -115,21 +114,25 @@ impl Region {
 impl Machine {
     /// Finds the range of every step, and refuses a path that jumps.
     pub fn finish(&mut self) -> Result<(), String> {
-        for (index, (one, next)) in self.steps.iter().zip(self.steps.iter().skip(1)).enumerate() {
-            // No arc before, the same tip and the same numbers: both steps have the same place there.
-            if one.to == next.from && one.tip == next.tip && one.arc.is_none() {
-                continue;
-            }
+        for index in (1..self.steps.len()).filter(|&index| !self.continues(index)) {
+            let (one, next) = (&self.steps[index - 1], &self.steps[index]);
+            // An interval whose end has no place is not bounded, so nothing is proved there.
             let ends = self.within(one, [1.0; 2]).zip(self.within(next, [0.0; 2]));
             let Some((end, begin)) = ends else { continue };
             let most = |axis| if self.turns(axis) { JUMP_RAD } else { JUMP_MM };
             if (0..9).any(|axis| (end.mid[axis] - begin.mid[axis]).most() > most(axis)) {
-                return Err(format!("the path jumps at move {}, of line {}", index + 1, next.line));
+                return Err(format!("the path jumps at move {index}, of line {}", next.line));
             }
         }
         let range = |region: Region| from_fn(|axis| region.mid[axis] + region.half(axis).both_ways());
         self.boxes = self.steps.iter().map(|step| self.within(step, [0.0, 1.0]).map(range)).collect();
         Ok(())
+    }
+
+    /// Whether a step begins exactly where the one before ends: by the same numbers, with the same tip, and not at the end of an arc.
+    pub fn continues(&self, step: usize) -> bool {
+        let Some([one, next]) = self.steps[..=step].last_chunk() else { return true };
+        one.to == next.from && one.tip == next.tip && one.arc.is_none()
     }
 
     /// Whether the cutter may be in the workpiece: it feeds, or it stands where the move before ended.
@@ -139,10 +142,18 @@ impl Machine {
     }
 
     /// The joints between a link and the nearest link that carries it and the other one, from the link on.
-    pub fn chain(&self, link: usize, other: usize) -> Vec<usize> {
-        let up = |link| std::iter::successors(Some(link), |&link: &usize| (link > 0).then(|| self.links[link].parent));
-        let others: BTreeSet<usize> = up(other).collect();
-        up(link).filter(|link| !others.contains(link) && self.links[*link].joint.is_some()).collect()
+    pub fn chain(&self, mut link: usize, mut other: usize) -> Vec<usize> {
+        let mut chain = Vec::new();
+        // Parents have smaller numbers.
+        while link != other {
+            if link > other {
+                chain.extend(self.links[link].joint.is_some().then_some(link));
+                link = self.links[link].parent;
+            } else {
+                other = self.links[other].parent;
+            }
+        }
+        chain
     }
 
     /// Whether this axis is A, B or C, or drives a rotary joint.
@@ -197,14 +208,14 @@ impl Machine {
             }
         }
         if let Some(length) = step.tip {
-            return self.follow_tip(region, length);
+            return self.follow_tip(region, length, from == to);
         }
         region.poses = self.poses(&region.mid);
         Some(region)
     }
 
-    /// The positions of the axes that follow from the positions of the tip.
-    fn follow_tip(&self, mut region: Region, length: f64) -> Option<Region> {
+    /// The positions of the axes that follow from the positions of the tip, at a single place or over an interval.
+    fn follow_tip(&self, mut region: Region, length: f64, is_place: bool) -> Option<Region> {
         let Tip { tool, work, gauge, direction } = self.tip.as_ref()?;
         let mut chain = self.chain(*tool, *work);
         chain.extend(self.chain(*work, *tool).iter().rev());
@@ -242,10 +253,12 @@ impl Machine {
         let [turned, angle] = self.turned(&chain, &region.poses[*tool].point(&point), ZERO, &region);
         let off = defect(&slides);
         let least = (ONE - off).sqrt() - I::of(3.0).sqrt() * angle;
-        if off.hi >= 1.0 || least.lo <= 0.2 || volume.lo <= 0.0 && volume.hi >= 0.0 {
+        // Where the singular values are above 0.2, the volume is above 0.2³: so each end of an interval that is bounded has a place.
+        let is_flat = volume.lo <= 0.008 && volume.hi >= -0.008;
+        if is_flat || !is_place && (off.hi >= 1.0 || least.lo <= 0.2) {
             return None;
         }
-        region.ball[..3].fill((norm(&way) + round + turned).over(I::of(least.lo)));
+        region.ball[..3].fill(if is_place { ZERO } else { (norm(&way) + round + turned).over(I::of(least.lo)) });
         region.tip = Some(TipWay { place, way, round });
         Some(region)
     }

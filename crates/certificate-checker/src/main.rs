@@ -1,8 +1,10 @@
 //! The command: reads a certificate and says whether it is accepted.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command prints")]
 
-use certificate_checker::{MOST_WORK, VERDICTS, check};
-use std::path::Path;
+use certificate_checker::{MOST_WORK, Report, VERDICTS, check};
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Most lines of a program that are named.
@@ -16,56 +18,74 @@ Usage: certificate-checker CERTIFICATE [--scene SCENE] [--program FILE]
   --scene SCENE     compare machine, parts and meshes with the scene's own files; its folder, or its .toml file
   --program FILE    compare the hash of the program
 
-Exit codes: 0 accepted, 1 refused, 2 bad usage.";
-
-fn bad_usage(what: &str) -> ExitCode {
-    eprintln!("{what}\n\n{HELP}");
-    ExitCode::from(2)
-}
+Exit codes: 0 accepted, 1 refused, 2 bad usage, or the answer could not be written.
+";
 
 fn main() -> ExitCode {
+    let (text, code) = match answer(std::env::args_os().skip(1)) {
+        Ok(answer) => answer,
+        Err(why) => {
+            // Where nothing can be written, the exit code says it.
+            let _ = write!(std::io::stderr(), "{why}\n\n{HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let _ = writeln!(std::io::stderr(), "cannot write to standard output: {error}");
+            ExitCode::from(2)
+        }
+        _ => ExitCode::from(code),
+    }
+}
+
+/// The answer, and how the command ends; an error is one of usage.
+fn answer(mut arguments: impl Iterator<Item = OsString>) -> Result<(String, u8), String> {
     let [mut certificate, mut scene, mut program] = [None, None, None];
-    let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
-        match argument.as_str() {
-            "--help" | "-h" => {
-                println!("{HELP}");
-                return ExitCode::SUCCESS;
-            }
+        let name = argument.to_string_lossy();
+        match &*name {
+            "--help" | "-h" => return Ok((HELP.to_owned(), 0)),
             "--scene" | "--program" => {
-                let Some(value) = arguments.next() else { return bad_usage(&format!("{argument} needs a value")) };
-                *(if argument == "--scene" { &mut scene } else { &mut program }) = Some(value);
+                let value = arguments.next().ok_or_else(|| format!("{name} needs a value"))?;
+                *(if name == "--scene" { &mut scene } else { &mut program }) = Some(PathBuf::from(value));
             }
-            name if name.starts_with('-') && name != "-" || certificate.is_some() => {
-                return bad_usage(&format!("`{argument}` is not understood"));
+            _ if name.starts_with('-') && name != "-" || certificate.is_some() => {
+                return Err(format!("`{name}` is not understood"));
             }
-            _ => certificate = Some(argument),
+            _ => certificate = Some(PathBuf::from(argument)),
         }
     }
-    let Some(certificate) = certificate else { return bad_usage("no certificate is named") };
-    let is_input = certificate == "-";
+    let certificate = certificate.ok_or("no certificate is named")?;
+    let is_input = certificate == Path::new("-");
     let text = if is_input { std::io::read_to_string(std::io::stdin()) } else { std::fs::read_to_string(&certificate) };
-    let text = match text {
-        Ok(text) => text,
-        Err(error) => return bad_usage(&format!("{certificate}: {error}")),
-    };
-    let report = match check(&text, scene.as_deref().map(Path::new), program.as_deref().map(Path::new), MOST_WORK) {
-        Ok(report) => report,
-        Err(refusal) => {
-            println!("{certificate}:{}: refused: {}", refusal.line, refusal.why);
-            return ExitCode::from(1);
-        }
-    };
-    report.notes.iter().for_each(|note| println!("{note}"));
+    let text = text.map_err(|error| format!("{}: {error}", certificate.display()))?;
+    Ok(match check(&text, scene.as_deref(), program.as_deref(), MOST_WORK) {
+        Ok(report) => (told(&report), 0),
+        Err(refusal) => (format!("{}:{}: refused: {}\n", certificate.display(), refusal.line, refusal.why), 1),
+    })
+}
+
+/// What an accepted certificate proves, and what it leaves out.
+fn told(report: &Report) -> String {
+    let mut text: String = report.notes.iter().map(|note| format!("{note}\n")).collect();
     let lines = |verdict: &str| -> Vec<String> {
         report.blocks.iter().filter(|block| *block.1 == verdict).map(|block| block.0.to_string()).collect()
     };
-    for verdict in VERDICTS.into_iter().skip(1).rev().filter(|verdict| !lines(verdict).is_empty()) {
+    for verdict in VERDICTS.into_iter().skip(1).rev() {
         let lines = lines(verdict);
         let more = if lines.len() > MOST_NAMED { " ..." } else { "" };
-        println!("{verdict}: {} blocks, lines {}{more}", lines.len(), lines[..lines.len().min(MOST_NAMED)].join(" "));
+        let named = lines[..lines.len().min(MOST_NAMED)].join(" ");
+        if !lines.is_empty() {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{verdict}: {} blocks, lines {named}{more}", lines.len());
+        }
     }
     let (free, all, pairs, intervals) = (lines("free").len(), report.blocks.len(), report.examined, report.intervals);
-    println!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs");
-    ExitCode::SUCCESS
+    let cutting = match report.cutting.len() {
+        0 => String::new(),
+        count => format!("; in {count} blocks a cutter feeds, where it may be in the workpiece"),
+    };
+    text + &format!("accepted: {free} of {all} blocks are free, by {intervals} intervals of {pairs} pairs{cutting}\n")
 }

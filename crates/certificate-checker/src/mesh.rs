@@ -213,16 +213,6 @@ pub fn front([a, b]: [&Mesh; 2], words: &mut Words<'_>, work: &Work) -> Result<V
     Ok(planes)
 }
 
-/// Triangles in order, each from its least corner on.
-pub fn in_order(mut triangles: Vec<[Point; 3]>) -> Vec<[Point; 3]> {
-    for triangle in &mut triangles {
-        let least = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
-        triangle.rotate_left(least);
-    }
-    triangles.sort_unstable();
-    triangles
-}
-
 /// A point of a file, mm, on the grid.
 pub fn on_grid(p: [f64; 3]) -> Point {
     p.map(|x| (x * STEPS).round_ties_even() as i64)

@@ -1,6 +1,6 @@
 //! Words of a line, and the lines that state the machine, the parts and the path.
 
-use crate::interval::{I, ONE, Pose, V, norm};
+use crate::interval::{I, ONE, Pose, V, unit};
 use crate::machine::{Joint, Link, Step, Tip};
 use crate::mesh::Mesh;
 use crate::{Part, Stated};
@@ -47,16 +47,11 @@ impl<'a> Words<'a> {
 
     fn pose(&mut self) -> Result<Pose, String> {
         let q = [self.number()?, self.number()?, self.number()?, self.number()?];
-        if q.iter().map(|x| x * x).sum::<f64>() < 0.5 {
-            return Err("no rotation".to_owned());
-        }
         Ok(Pose::of(q, self.vector()?))
     }
 
     fn direction(&mut self) -> Result<V, String> {
-        let direction = self.vector()?;
-        let length = norm(&direction);
-        if length.lo > 1e-3 { Ok(direction.map(|x| x.over(length))) } else { Err("no direction".to_owned()) }
+        Ok(unit(&self.vector()?))
     }
 }
 
@@ -127,9 +122,6 @@ impl Stated {
                 "tip" => step.tip = Some(words.number()?),
                 "arc" => {
                     let plane = [axis(words.word()?)?, axis(words.word()?)?];
-                    if plane[0] == plane[1] {
-                        return Err("a plane of one axis".to_owned());
-                    }
                     step.arc = Some((plane, [words.number()?, words.number()?, words.number()?]));
                 }
                 letter => step.to[axis(letter)?] = words.number()?,

@@ -1,13 +1,16 @@
 //! What the certificate states, compared with the files of the scene, read anew.
 
-use crate::interval::{I, Pose, V, ZERO, norm};
+use crate::interval::{I, Pose, V, ZERO, dot, minus, times, unit};
 use crate::machine::Link;
-use crate::mesh::{in_order, on_grid};
+use crate::mesh::on_grid;
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::Read;
+use std::ops::Neg;
+use std::path::Path;
 use toml::{Table, Value};
 
 /// The value of a missing key.
@@ -35,17 +38,22 @@ pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mu
         trust("links, joints, parts and meshes (no --scene)");
         return Ok(());
     };
-    Files::read(stated, scene)?.compare(&mut trust)
+    // A scene is named by its folder, or by its own file.
+    let named = Path::new(".").join(scene);
+    let own = if named.is_file() { named } else { named.join("scene.toml") };
+    let folder = own.parent().unwrap_or(&own);
+    Files { stated, folder }.compare(&own, &mut trust)
 }
 
-fn canonical_path(file: &Path) -> Checked<PathBuf> {
-    file.canonicalize().map_err(|error| format!("{}: {error}", file.display()))
-}
-
+/// A file's content. What the system says of its length need not be so.
 fn bytes(file: &Path) -> Checked<Vec<u8>> {
     let is_plain = file.metadata().is_ok_and(|found| found.is_file() && found.len() <= LARGEST_FILE);
-    let content = if is_plain { std::fs::read(file).ok() } else { None };
-    content.ok_or_else(|| format!("{}: no file of up to {LARGEST_FILE} bytes can be read there", file.display()))
+    let mut content = Vec::new();
+    let read = |file: File| file.take(LARGEST_FILE + 1).read_to_end(&mut content);
+    let is_read = is_plain && File::open(file).and_then(read).is_ok_and(|length| length as u64 <= LARGEST_FILE);
+    is_read
+        .then_some(content)
+        .ok_or_else(|| format!("{}: no file of up to {LARGEST_FILE} bytes can be read there", file.display()))
 }
 
 /// A file of text in UTF-8, whatever its byte-order mark says.
@@ -59,69 +67,53 @@ fn in_utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(String::from_utf16_lossy(&wide.collect::<Vec<_>>()).into_bytes())
 }
 
-/// A scene's files, as they were read to compare their hashes, and the statements of the certificate.
+/// The folder of a scene, and the statements of the certificate.
 struct Files<'a> {
     stated: &'a Stated,
-    folder: PathBuf,
-    /// Name of the scene's own file.
-    scene: String,
-    contents: BTreeMap<PathBuf, Vec<u8>>,
+    folder: &'a Path,
 }
 
-impl<'a> Files<'a> {
-    /// A scene is named by its folder, or by its own file.
-    fn read(stated: &'a Stated, scene: &Path) -> Checked<Self> {
-        let named = Path::new(".").join(scene);
-        let own = if named.is_file() { named } else { named.join("scene.toml") };
-        let folder = canonical_path(own.parent().unwrap_or(&own))?;
-        let scene = own.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut contents = BTreeMap::new();
-        for (file, hash) in &stated.inputs {
-            let path = canonical_path(&folder.parent().unwrap_or(&folder).join(file))?;
-            let bytes = bytes(&path)?;
-            if blake3::hash(&bytes).to_hex().as_str() != hash {
-                return Err(format!("{} is not the file of the certificate", path.display()));
-            }
-            if contents.insert(path, bytes).is_some() {
-                return Err(format!("`{file}` is there twice"));
-            }
-        }
-        Ok(Self { stated, folder, scene, contents })
-    }
-
-    fn bytes(&self, file: &Path) -> Checked<&[u8]> {
-        let content = self.contents.get(&canonical_path(&self.folder.join(file))?);
-        content
-            .map(Vec::as_slice)
+impl Files<'_> {
+    /// The content of a file that the scene names: that of a file of the certificate, by its last name and its hash.
+    fn bytes(&self, file: &Path) -> Checked<Vec<u8>> {
+        let content = bytes(&self.folder.join(file))?;
+        let hash = blake3::hash(&content).to_hex();
+        let is_it = |input: &(String, String)| Path::new(&input.0).file_name() == file.file_name() && *input.1 == *hash;
+        let is_there = self.stated.inputs.iter().any(is_it);
+        is_there
+            .then_some(content)
             .ok_or_else(|| format!("{} is not among the files of the certificate", file.display()))
     }
 
-    fn table(&self, file: &str) -> Checked<Value> {
-        let bytes = in_utf8(self.bytes(Path::new(file))?);
-        let text = std::str::from_utf8(&bytes).map_err(|_| format!("{file} is not text"))?;
+    fn table(&self, file: &Path) -> Checked<Value> {
+        let (name, bytes) = (file.display(), self.bytes(file)?);
+        let bytes = in_utf8(&bytes);
+        let text = std::str::from_utf8(&bytes).map_err(|_| format!("{name} is not text"))?;
         // A lone CR ends a line as well.
-        text.replace('\r', "\n").parse::<Table>().map(Value::Table).map_err(|error| format!("{file}: {error}"))
+        text.replace('\r', "\n").parse::<Table>().map(Value::Table).map_err(|error| format!("{name}: {error}"))
     }
 
-    fn compare(&self, trust: &mut impl FnMut(&str)) -> Checked {
-        let scene = self.table(&self.scene)?;
+    fn compare(&self, file: &Path, trust: &mut impl FnMut(&str)) -> Checked {
+        let scene = self.table(Path::new(file.file_name().unwrap_or_default()))?;
         let [own, program, check] = ["machine", "program", "check"].map(|key| value(&scene, key));
         if own.get("urdf").is_some() {
             return Err("a machine in URDF is not compared; leave --scene out".to_owned());
         }
         // Meshes of a machine's own file are found from its folder.
-        let file = text(own, "file");
-        let (machine, base) =
-            (if file.is_empty() { NOTHING.clone() } else { self.table(file)? }, Path::new(file).parent());
-        let links = array(if file.is_empty() { own } else { &machine }, "links");
+        let file = Path::new(text(own, "file"));
+        let (machine, base) = match file.parent() {
+            Some(base) => (self.table(file)?, base),
+            None => (NOTHING.clone(), file),
+        };
+        let links = array(if file.parent().is_none() { own } else { &machine }, "links");
         if links.len() + 1 != self.stated.machine.links.len() {
             return Err("the machine has another number of links".to_owned());
         }
         links.iter().try_for_each(|link| self.link(link))?;
         let mut others: BTreeSet<&str> = self.stated.parts.iter().map(|part| part.name.as_str()).collect();
-        for (file, base) in [(&scene, None), (own, None), (&machine, base)] {
+        for (file, base) in [(&scene, Path::new("")), (own, Path::new("")), (&machine, base)] {
             for part in array(file, "parts") {
-                self.part(part, base.unwrap_or(Path::new("")), trust)?;
+                self.part(part, base, trust)?;
                 others.remove(text(part, "name"));
             }
         }
@@ -161,7 +153,7 @@ impl<'a> Files<'a> {
                 let axis = axis(&text(file, "axis").to_uppercase())?;
                 let turns = ROTARY.contains(&axis) || file.get("turns").and_then(Value::as_bool).unwrap_or(false);
                 [axis, usize::from(turns)] == [joint.axis, usize::from(joint.turns.is_some())]
-                    && near(&direction(file), &joint.direction, TURNED)
+                    && near(&unit(&vector(file, "direction")), &joint.direction, TURNED)
                     && joint.turns.is_none_or(|point| near(&vector(file, "point_mm"), &point, MOVED_MM))
             }
             (file, joint) => file.is_none() && joint.is_none(),
@@ -169,19 +161,36 @@ impl<'a> Files<'a> {
         is_same.then_some(()).ok_or(format!("link `{name}`: the file has another joint"))
     }
 
-    /// A tool with measures has parts.
+    /// A tool with measures has parts, whose axis goes through the gauge point and the tip, and which begin at the tip.
     fn tool(&self, file: &Value, trust: &mut impl FnMut(&str)) -> Checked {
-        let number = file.get("number").and_then(Value::as_integer);
-        let has_holder = !array(file, "holder").is_empty();
-        for role in ["cutter", "shank", "holder"].into_iter().filter(|_| file.get("flute_mm").is_some()) {
-            let name = format!("tool-{}-{role}", number.unwrap_or_default());
-            let is_it = |part: &Part| part.name == name && part.role == role && part.tool.map(i64::from) == number;
-            match self.stated.parts.iter().any(is_it) {
-                false if role == "cutter" || role == "holder" && has_holder => {
-                    return Err(format!("part `{name}` is missing"));
+        if file.get("flute_mm").is_none() {
+            return Ok(());
+        }
+        let id = file.get("number").and_then(Value::as_integer).unwrap_or_default();
+        let tip = self.stated.machine.tip.as_ref().ok_or("a tool with measures without a tool_centre_point")?;
+        let holder = array(file, "holder");
+        let holder_mm: f64 = holder.iter().filter_map(|step| number(value(step, "length_mm"))).sum();
+        let [length, stickout] = ["length_mm", "stickout_mm"].map(|key| number(value(file, key)));
+        let mut length = length.or(stickout.map(|stickout| stickout + holder_mm)).map(I::of);
+        for role in ["cutter", "shank", "holder"] {
+            let name = format!("tool-{id}-{role}");
+            let is_it = |part: &&Part| part.name == name && part.role == role && part.tool.map(i64::from) == Some(id);
+            let Some(Part { link, pose, .. }) = self.stated.parts.iter().find(is_it) else {
+                match role {
+                    "shank" => trust(&format!("that there is no `{name}`")),
+                    "holder" if holder.is_empty() => {}
+                    _ => return Err(format!("part `{name}` is missing")),
                 }
-                false if role == "shank" => trust(&format!("that there is no `{name}`")),
-                _ => {}
+                continue;
+            };
+            let way = minus(&pose.t, &tip.gauge);
+            let length = length.get_or_insert_with(|| {
+                trust(&format!("the length of tool {id}"));
+                dot(&way, &tip.direction)
+            });
+            let is_there = *link == tip.tool && near(&way, &times(&tip.direction, *length), MOVED_MM);
+            if !is_there || !near(&pose.r[2], &tip.direction.map(Neg::neg), TURNED) {
+                return Err(format!("part `{name}` is not where the tool is"));
             }
         }
         Ok(())
@@ -196,7 +205,7 @@ impl<'a> Files<'a> {
             return Err(format!("part `{name}`: the file has another link, role, tool or place"));
         }
         let path = text(file, "mesh");
-        let content = if path.is_empty() { &[] } else { self.bytes(&base.join(path))? };
+        let content = if path.is_empty() { Vec::new() } else { self.bytes(&base.join(path))? };
         if !path.to_lowercase().ends_with(".stl") || file.get("weld_mm").is_some() {
             trust(&format!("the triangles of `{name}`"));
             return Ok(());
@@ -204,15 +213,14 @@ impl<'a> Files<'a> {
         let units = [("cm", 10.0), ("m", 1000.0), ("inch", 25.4)];
         let unit = units.into_iter().find(|unit| unit.0 == text(file, "unit")).map_or(1.0, |unit| unit.1);
         // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
-        let mut seen = BTreeSet::new();
-        let is_kept = |triangle: &[_; 3]| {
-            let mut corners = *triangle;
-            corners.sort_unstable();
-            corners[0] != corners[1] && corners[1] != corners[2] && seen.insert(corners)
-        };
-        let read = stl(content, unit).ok_or(format!("{path} is not an STL file"))?;
-        let found = in_order(read.into_iter().filter(is_kept).collect());
-        let is_same = in_order(mesh.faces.clone()) == found;
+        let mut found = BTreeMap::new();
+        for face in stl(&content, unit).ok_or(format!("{path} is not an STL file"))? {
+            found.entry(BTreeSet::from(face)).or_insert(face);
+        }
+        found.retain(|corners, _| corners.len() == 3);
+        let is_turned = |[a, b, c]: [_; 3], own| [[a, b, c], [b, c, a], [c, a, b]].contains(&own);
+        let is_found = |&face| found.remove(&BTreeSet::from(face)).is_some_and(|own| is_turned(face, own));
+        let is_same = mesh.faces.iter().all(is_found) && found.is_empty();
         is_same.then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
     }
 
@@ -220,7 +228,7 @@ impl<'a> Files<'a> {
         let is_same = match (file, &self.stated.machine.tip) {
             (Some(file), Some(tip)) => {
                 let down = [ZERO, ZERO, I::of(-1.0)];
-                let given = if file.get("direction").is_some() { direction(file) } else { down };
+                let given = if file.get("direction").is_some() { unit(&vector(file, "direction")) } else { down };
                 [self.named(file, "tool_link")?, self.named(file, "work_link")?] == [tip.tool, tip.work]
                     && near(&vector(file, "gauge_mm"), &tip.gauge, MOVED_MM)
                     && near(&given, &tip.direction, TURNED)
@@ -243,14 +251,12 @@ fn text<'a>(file: &'a Value, key: &str) -> &'a str {
     value(file, key).as_str().unwrap_or_default()
 }
 
-fn vector(file: &Value, key: &str) -> V {
-    let number = |value: &Value| value.as_float().or(value.as_integer().map(|x| x as f64));
-    [0, 1, 2].map(|i| array(file, key).get(i).and_then(number).map_or(ZERO, I::of))
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|x| x as f64))
 }
 
-fn direction(file: &Value) -> V {
-    let direction = vector(file, "direction");
-    direction.map(|x| x.over(norm(&direction)))
+fn vector(file: &Value, key: &str) -> V {
+    [0, 1, 2].map(|i| array(file, key).get(i).and_then(number).map_or(ZERO, I::of))
 }
 
 /// `at`: turned about X, then Y, then Z, then moved.

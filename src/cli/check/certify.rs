@@ -73,11 +73,14 @@ impl Written {
         let [free, stock, collision, unresolved] =
             [Verdict::Free, Verdict::Stock, Verdict::Collision, Verdict::Unresolved]
                 .map(|verdict| certificate.count(verdict));
-        if stock > 0 {
-            let blocks = if stock == 1 { "block" } else { "blocks" };
-            say(format!(
-                "not certified: the cutter against what is left of the workpiece, in {stock} {blocks} with a rapid near or in it"
-            ));
+        for (count, what, which) in [
+            (certificate.cutting.len(), "the workpiece", "in which it feeds"),
+            (stock, "what is left of the workpiece", "with a rapid near or in it"),
+        ] {
+            let blocks = if count == 1 { "block" } else { "blocks" };
+            if count > 0 {
+                say(format!("not certified: the cutter against {what}, in {count} {blocks} {which}"));
+            }
         }
         say(format!(
             "{}: of {} blocks {free} are free (proved), {stock} of all but the workpiece, {collision} collide (proved), {unresolved} are unresolved, for {} pairs; {search_s:.2} s, {} bytes",
@@ -110,14 +113,15 @@ impl Written {
 fn line(scene: &Scene, doubt: &Doubt) -> String {
     let Doubt { line, pair, within: [from, to], size_mm, verdict } = doubt;
     let pair = scene.pair_name(*pair);
-    match verdict {
-        Verdict::Collision => {
-            format!(
-                "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
-            )
-        }
-        _ => format!(
+    match (verdict, size_mm) {
+        (Verdict::Collision, Some(size_mm)) => format!(
+            "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
+        ),
+        (_, Some(size_mm)) => format!(
             "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, the search stopped {size_mm:.6} mm apart"
+        ),
+        (_, None) => format!(
+            "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, nothing bounds the way of the axes where the search stopped"
         ),
     }
 }

@@ -269,6 +269,38 @@ fn whole_steps_stay_in_a_box() {
 }
 
 #[test]
+fn what_has_no_rotation_or_direction_is_anywhere() {
+    let (moves, x) = ("point 0 1\nfeed 1 1 X 0.5", "slide x - 1 0 0 0 0 0 0 X 1 0 0");
+    let case = Case { links: x, a: ["-", PLAIN], b: ["x", PLAIN], centre: [0.0, 0.0, 9.0], moves };
+    let free = "1e9 p 0 0 16777216 50000000";
+    let are_refused = |case: &Case<'_>| [0.0, 1.0].map(|from| case.why(from, from + 1.0, free).is_some());
+    // Of any length but zero.
+    for links in [x, "slide x - 1e-9 0 0 0 0 0 0 X 1 0 0", "slide x - 1 0 0 0 0 0 0 X 1e-9 0 0"] {
+        assert_eq!(are_refused(&Case { links, ..case }), [false; 2], "{links}");
+    }
+    for links in [
+        "slide x - 0 0 0 0 0 0 0 X 1 0 0",
+        "slide x - 1e-200 0 0 0 0 0 0 X 1 0 0",
+        "slide x - 1 0 0 0 0 0 0 X 0 0 0",
+        "slide x - 1 0 0 0 0 0 0 X 1e-200 0 0",
+        "turn x - 1 0 0 0 0 0 0 A 0 0 0 0 0 0",
+        "turn x - 1 0 0 0 0 0 0 U 1e-200 0 0 0 0 0",
+    ] {
+        assert_eq!(are_refused(&Case { links, ..case }), [true; 2], "{links}");
+    }
+    assert_eq!(are_refused(&Case { a: ["-", "0 0 0 0 0 0 0"], ..case }), [true; 2]);
+    assert_eq!(are_refused(&Case { b: ["x", "0 0 0 0 0 0 0"], ..case }), [true; 2]);
+    // Neither does the tip follow what has none.
+    let moves = "point 0 1 X 14 tip 70\nfeed 1 1 X 6 tip 70";
+    for links in [table(SLIDES), table(&SLIDES.replace("Z 0 0 1", "Z 0 0 0")), table(SLIDES).replace("0 0 -2", "0 0 0")]
+    {
+        let case = Case { links: &links, a: ["c", PLAIN], b: ["z", PLAIN], centre: [3.0, 0.0, 90.0], moves };
+        let is_plain = links == table(SLIDES);
+        assert_eq!(are_refused(&case), [!is_plain; 2], "{links}");
+    }
+}
+
+#[test]
 fn a_jump_is_refused() {
     let jump = |links: &str, first: &str, x: f64, y: f64| {
         let moves = format!(
@@ -299,6 +331,19 @@ fn a_jump_is_refused() {
         let text = format!("{links}\n{a}point 0 1 X 10{turned}\n{move_1}\npair a b rigid\n");
         let refusal = check(&written(&text), None, None, MOST_WORK).unwrap_err();
         assert!(refusal.why.contains("the path jumps at move 1, of line 1"), "{}", refusal.why);
+    }
+    // A tilt before the quill, from 37.7 degrees to where the interval is bounded and its end alone would not be; then the tip is followed no more.
+    let quill = "slide x - 1 0 0 0 0 0 0 X 1 0 0\nslide y x 1 0 0 0 0 0 0 Y 0 1 0\nturn b y 1 0 0 0 0 0 0 B 0 1 0 0 0 0\nslide q b 1 0 0 0 0 0 0 Z 0 0 1\ntip q - 0 0 0 0 0 -1";
+    for (end, is_bounded) in [(42.0_f64, true), (43.3, true), (44.0, false), (60.0, false)] {
+        let moves = format!("point 0 1 B 0.658 tip 100\nfeed 1 1 B {} tip 100\nfeed 2 1 X 1", end.to_radians());
+        let a = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+        let refusal =
+            check(&written(&format!("{quill}\n{a}{moves}\npair a b rigid\n")), None, None, MOST_WORK).unwrap_err();
+        assert!(refusal.why.contains("the path jumps at move 2, of line 2"), "{end}: {}", refusal.why);
+        let still = moves.replace("\nfeed 2 1 X 1", "");
+        let case = Case { links: quill, a: ["-", PLAIN], b: ["q", PLAIN], centre: [0.0; 3], moves: &still };
+        let why = case.why(1.0, 2.0, "1e9 p 0 0 16777216 0");
+        assert_eq!(why.as_deref() != Some("the way cannot be bounded"), is_bounded, "{end}: {why:?}");
     }
     // An arc of no radius has no place.
     let moves = "point 0 1\nfeed 1 1 X 5 arc X Y 0 0 1";

@@ -29,7 +29,7 @@ fn an_accepted_certificate_is_told_with_what_it_leaves_out() {
     assert_eq!((code, &*error), (0, ""));
     assert!(out.starts_with("not examined: base:saddle, neighbours\n"), "{out}");
     assert!(out.contains("\ncollision: 1 blocks, lines 12\nunresolved: 1 blocks, lines 13\n"), "{out}");
-    assert!(out.ends_with("\naccepted: 11 of 13 blocks are free, by 80 intervals of 21 pairs\n"), "{out}");
+    assert!(out.ends_with("\naccepted: 11 of 13 blocks are free, by 80 intervals of 21 pairs; in 6 blocks a cutter feeds, where it may be in the workpiece\n"), "{out}");
     assert!(!out.contains("its program is"), "{out}");
     // From standard input, without files, and with nothing that collides.
     let (out, _, code) = run(&["-"], &signed(&lines("five-axis")));
@@ -81,4 +81,35 @@ fn bad_usage_ends_with_two() {
     }
     let (_, error, code) = run(&["no-such-file.cert"], "");
     assert!(code == 2 && error.starts_with("no-such-file.cert: "), "{error}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn what_cannot_be_written_or_decoded_is_no_panic() {
+    use std::os::unix::ffi::OsStrExt;
+    let run = |arguments: &[&std::ffi::OsStr], out: Stdio| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_certificate-checker"));
+        command.args(arguments).stdout(out).stderr(Stdio::null()).status().unwrap().code()
+    };
+    let closed = || {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        Stdio::from(writer)
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let named = folder.join(std::ffi::OsStr::from_bytes(b"fr\xe4se.cert"));
+    std::fs::write(&named, signed(&lines("five-axis"))).unwrap();
+    let refused = folder.join("refused.cert");
+    std::fs::write(&refused, "none").unwrap();
+    let missing = folder.join("missing.cert");
+    let scene = folder.join(std::ffi::OsStr::from_bytes(b"\xe4"));
+    for (file, code) in [(&named, 0), (&refused, 1), (&missing, 2)] {
+        // A reader that has gone away has read what it asked for.
+        assert_eq!(run(&[file.as_os_str()], closed()), Some(code), "{}", file.display());
+    }
+    assert_eq!(run(&[named.as_os_str(), "--scene".as_ref(), scene.as_os_str()], Stdio::null()), Some(1));
+    assert_eq!(run(&[std::ffi::OsStr::from_bytes(b"--\xe4")], closed()), Some(2));
+    if let Ok(full) = std::fs::File::create("/dev/full") {
+        assert_eq!(run(&[named.as_os_str()], full.into()), Some(2));
+    }
 }

@@ -163,7 +163,7 @@ fn a_changed_hash_is_refused() {
         let mut lines = self::lines(name);
         lines[input] = with_word(&lines[input], 2, &other);
         let refusal = check(&signed(&lines), Some(&folder(name)), None, MOST_WORK).unwrap_err();
-        crate::fixture::assert_refusal(&refusal, find(&lines, "end") + 1, "is not the file of the certificate");
+        crate::fixture::assert_refusal(&refusal, find(&lines, "end") + 1, "is not among the files");
     }
 }
 
