@@ -175,11 +175,12 @@ fn machine_and_its_parts(
     let refuse = |document: &Document, message: &str| {
         Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
     };
+    let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
     if let Some(path) = &file.urdf {
         if file.file.is_some() || !file.links.is_empty() {
             return refuse(document, "a machine has a URDF file, a file or links, and only one of them");
         }
-        let (machine, mut parts) = read_urdf(folder, document, file, path, overrides)?;
+        let (machine, mut parts) = read_urdf(folder, document, file, path, &of_file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
     }
@@ -188,7 +189,7 @@ fn machine_and_its_parts(
     }
     let Some(path) = &file.file else {
         if file.density.is_some() {
-            return refuse(document, "`density` goes with `file`; parts have their own `tessellation`");
+            return refuse(document, "`density` goes with `file` or `urdf`; parts have their own `tessellation`");
         }
         let machine = build_machine(document, file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
@@ -203,7 +204,6 @@ fn machine_and_its_parts(
         return refuse(&machine_document, "a machine's file cannot name another, nor a density");
     }
     let machine = build_machine(&machine_document, &machine_file)?;
-    let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
     add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, &of_file)?;
     add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
     Ok((machine, parts))

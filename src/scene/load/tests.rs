@@ -473,6 +473,22 @@ mod urdf {
     }
 
     #[test]
+    fn a_density_is_for_the_shapes_of_a_urdf_file_alone() {
+        let scene = |density: &str| {
+            let scene = WITH_URDF.replacen("axes", &format!("{density}axes"), 1);
+            scene.replacen("mesh = \"t.stl\"", "shape = { kind = \"sphere\", radius_mm = 20 }", 1)
+        };
+        let faces = |density: &str| {
+            let loaded = load(&[("scene.toml", &scene(density)), ("r.urdf", ROBOT)]).unwrap();
+            ["bed", "tip"].map(|part| loaded.parts[loaded.part(part).unwrap()].mesh.faces().len())
+        };
+        let ([bed, tip], [coarse, same]) = (faces(""), faces("density = 0.5\n"));
+        assert!(2 * coarse < bed && same == tip, "{coarse} {bed}, {same} {tip}");
+        let (_, text) = error_of(&[("scene.toml", &scene("density = -1\n")), ("r.urdf", ROBOT)]);
+        assert!(text.starts_with("r.urdf:2:15: part `bed`: ") && text.contains("density"), "{text}");
+    }
+
+    #[test]
     fn parts_of_a_urdf_file_are_checked_and_reported_like_others() {
         let loaded = load(&[("scene.toml", WITH_URDF), ("r.urdf", ROBOT)]).unwrap();
         let reports: Vec<(&str, &str)> =
