@@ -278,6 +278,34 @@ fn feeding_with_an_empty_spindle_is_told() {
 }
 
 #[test]
+fn a_tool_is_missed_where_no_part_is_of_a_tool() {
+    let nose = MILL.replace("role = \"cutter\"\n", "");
+    let holder = MILL.replace("role = \"cutter\"\n", "role = \"holder\"\n");
+    let no_workpiece = nose.replace("role = \"workpiece\"\n", "");
+    let (feed, change) = ("M3 S1000 G1 X20 F100\nM2", "T5 M6\nG0 X10\nM2");
+    for (text, program, expected) in [
+        (&nose, feed, &[0][..]),
+        (&nose, change, &[5]),
+        (&holder, feed, &[0]),
+        (&holder, change, &[5]),
+        (&no_workpiece, change, &[5]),
+        // A press or a robot feeds without a spindle, and a machine alone may be jogged.
+        (&nose, "G1 X20 F100\nM2", &[]),
+        (&no_workpiece, feed, &[]),
+        // A cutter without a number is there with every tool.
+        (&MILL.to_owned(), feed, &[]),
+        (&MILL.to_owned(), change, &[]),
+    ] {
+        let outcome = outcome_of(text, program);
+        assert_eq!(
+            (&outcome.tools_without_parts[..], outcome.is_clear()),
+            (expected, expected.is_empty()),
+            "{program}\n{text}"
+        );
+    }
+}
+
+#[test]
 fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     // The clamp reaches from X 60 to 80 and up to Z 20. At Z 25 tool 1 ends 5 above it, tool 2 at 25 - 20 = 5 within.
     let program = "G0 Z25\nG0 X70\nG0 X0\nT2 M6\nG0 X70\nG0 X0\nT1 M6\nG0 X70\nT2 M6\nT0 M6\nG0 X0\nM2";
