@@ -322,6 +322,12 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     assert!(outcome.tools_without_parts.is_empty());
     let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
     assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
+    // A holder alone is not its tool; a tool of any other role, as a probe, is.
+    for (role, expected) in [("holder", &[2][..]), ("machine", &[])] {
+        let of_two = "role = \"cutter\"\ntool = 2\n";
+        let text = mill_with_tools().replacen(of_two, &format!("role = \"{role}\"\ntool = 2\n"), 1);
+        assert_eq!(outcome_of(&text, "T2 M6\nG0 X10\nM2").tools_without_parts, expected, "{role}");
+    }
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
     let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
     assert!(near(5) && near(9) && !near(2) && !near(8));

@@ -442,7 +442,8 @@ fn tools_without_parts(scene: &Scene, run: &ProgramRun, reach: &pairs::Reach) ->
     if !changes && (has_role(Role::Cutter) || has_role(Role::Shank)) {
         return Vec::new();
     }
-    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
+    // A holder alone says nothing of what it holds.
+    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool) && part.role != Role::Holder);
     let needs_tool =
         |step: &Move| step.kind.is_feed() && (changes || (step.spindle_rpm != 0.0 && has_role(Role::Workpiece)));
     let feeds_without = || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && needs_tool(step));
