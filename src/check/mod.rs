@@ -386,7 +386,7 @@ fn of_pair(scanned: &[Vec<Vec<scan::Stretch>>], index: Option<usize>) -> Vec<sca
     scanned.iter().filter_map(of_chunk).flatten().collect()
 }
 
-/// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or asks for a place beyond.
+/// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or ends with it beyond.
 fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTravel> {
     let mut found: Vec<OverTravel> = Vec::new();
     for (index, sample) in path.samples().iter().enumerate() {
@@ -394,17 +394,22 @@ fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTrav
             continue;
         }
         let (place, line, step) = (index + 1, sample.line, &run.program.moves[sample.move_index]);
+        // Of the tip, which names a place on the workpiece, the last sample says where the axes end.
+        let is_tip = step.tip_mm.is_some();
+        let last = path.samples().partition_point(|other| other.move_index <= sample.move_index) - 1;
+        let end = if is_tip { path.samples()[last].position } else { step.end };
         for axis in Axis::ALL {
             let Err(cause) = scene.machine.check_axis(axis, &sample.position) else { continue };
             let came = scene.machine.check_axis(axis, &path.position(index)).is_ok();
-            // What the line asks for says more than the first sample beyond.
-            let asked = scene.machine.check_axis(axis, &step.end).err().filter(|_| step.tip_mm.is_none());
+            let ends = scene.machine.check_axis(axis, &end).err();
             let is_same = |other: &OverTravel| other.line == line && other.cause.axis == cause.axis;
-            if (!came && asked.is_none()) || found.iter().rev().take(Axis::ALL.len()).any(is_same) {
+            if (!came && ends.is_none()) || found.iter().rev().take(Axis::ALL.len()).any(is_same) {
                 continue;
             }
             let (block, time_s) = (path.block(line).to_owned(), path.time_s(place as f64));
-            found.push(OverTravel { place, line, block, time_s, cause: asked.unwrap_or(cause) });
+            // What the line asks for says more than the first sample beyond.
+            let cause = ends.filter(|_| !is_tip).unwrap_or(cause);
+            found.push(OverTravel { place, line, block, time_s, cause });
         }
     }
     found
