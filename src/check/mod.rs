@@ -388,7 +388,7 @@ fn of_pair(scanned: &[Vec<Vec<scan::Stretch>>], index: Option<usize>) -> Vec<sca
 
 /// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or ends with it beyond.
 fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTravel> {
-    let mut found: Vec<OverTravel> = Vec::new();
+    let (mut found, mut told) = (Vec::new(), BTreeSet::new());
     for (index, sample) in path.samples().iter().enumerate() {
         if scene.machine.check_limits(&sample.position).is_ok() {
             continue;
@@ -402,8 +402,7 @@ fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTrav
             let Err(cause) = scene.machine.check_axis(axis, &sample.position) else { continue };
             let came = scene.machine.check_axis(axis, &path.position(index)).is_ok();
             let ends = scene.machine.check_axis(axis, &end).err();
-            let is_same = |other: &OverTravel| other.line == line && other.cause.axis == cause.axis;
-            if (!came && ends.is_none()) || found.iter().rev().take(Axis::ALL.len()).any(is_same) {
+            if (!came && ends.is_none()) || !told.insert((line, cause.axis)) {
                 continue;
             }
             let (block, time_s) = (path.block(line).to_owned(), path.time_s(place as f64));

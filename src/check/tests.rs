@@ -484,6 +484,11 @@ fn each_line_that_asks_for_a_place_beyond_a_limit_is_told_where_it_is_first_beyo
     assert_eq!(told(false), [(101, 1, 210.0), (491, 4, 250.0), (541, 5, 260.0)]);
     // The cubes collide on line 2.
     assert_eq!(told(true), [(101, 1, 210.0)]);
+    // A loop tells a line once, however many others are told between its rounds.
+    let lines: String = (1..=10).map(|k| format!("G0 Z{}\n", 200 + k)).collect();
+    let scene = self::scene(&text, &format!("o1 repeat [2]\n{lines}G0 Z60\no1 endrepeat\nM2"));
+    let over = checked(&scene, &with_zones(&[])).over_travel;
+    assert_eq!(over.iter().map(|over| over.line).collect::<Vec<_>>(), (2..=11).collect::<Vec<_>>());
 }
 
 #[test]
