@@ -278,6 +278,34 @@ fn feeding_with_an_empty_spindle_is_told() {
 }
 
 #[test]
+fn a_tool_is_missed_where_no_part_is_of_a_tool() {
+    let nose = MILL.replace("role = \"cutter\"\n", "");
+    let holder = MILL.replace("role = \"cutter\"\n", "role = \"holder\"\n");
+    let no_workpiece = nose.replace("role = \"workpiece\"\n", "");
+    let (feed, change) = ("M3 S1000 G1 X20 F100\nM2", "T5 M6\nG0 X10\nM2");
+    for (text, program, expected) in [
+        (&nose, feed, &[0][..]),
+        (&nose, change, &[5]),
+        (&holder, feed, &[0]),
+        (&holder, change, &[5]),
+        (&no_workpiece, change, &[5]),
+        // A press or a robot feeds without a spindle, and a machine alone may be jogged.
+        (&nose, "G1 X20 F100\nM2", &[]),
+        (&no_workpiece, feed, &[]),
+        // A cutter without a number is there with every tool.
+        (&MILL.to_owned(), feed, &[]),
+        (&MILL.to_owned(), change, &[]),
+    ] {
+        let outcome = outcome_of(text, program);
+        assert_eq!(
+            (&outcome.tools_without_parts[..], outcome.is_clear()),
+            (expected, expected.is_empty()),
+            "{program}\n{text}"
+        );
+    }
+}
+
+#[test]
 fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     // The clamp reaches from X 60 to 80 and up to Z 20. At Z 25 tool 1 ends 5 above it, tool 2 at 25 - 20 = 5 within.
     let program = "G0 Z25\nG0 X70\nG0 X0\nT2 M6\nG0 X70\nG0 X0\nT1 M6\nG0 X70\nT2 M6\nT0 M6\nG0 X0\nM2";
@@ -294,6 +322,12 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     assert!(outcome.tools_without_parts.is_empty());
     let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
     assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
+    // A holder alone is not its tool; a tool of any other role, as a probe, is.
+    for (role, expected) in [("holder", &[2][..]), ("machine", &[])] {
+        let of_two = "role = \"cutter\"\ntool = 2\n";
+        let text = mill_with_tools().replacen(of_two, &format!("role = \"{role}\"\ntool = 2\n"), 1);
+        assert_eq!(outcome_of(&text, "T2 M6\nG0 X10\nM2").tools_without_parts, expected, "{role}");
+    }
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
     let near = |line| outcome.events.iter().any(|e| e.first.line == line && scene.pair_name(e.pair) == "clamp:long");
     assert!(near(5) && near(9) && !near(2) && !near(8));

@@ -120,6 +120,13 @@ const CRASHES: &[Crash] = &[
         "M3 S3000 G43 H1 G0 Z5\nM19\nG1 Z-2 F100\nG0 Z50\nM2",
         &[(3, STOPPED, "block:end-mill")],
     ),
+    Crash {
+        machine: "mill",
+        fault: "spindle not started again after a stop (M0) on Haas's control",
+        change: Some(("file = \"program.ngc\"", "file = \"program.ngc\"\ndialect = \"haas\"")),
+        program: "M3 S3000 G43 H1 G0 Z5.\nM0\nG1 Z-2. F100.\nG0 Z50.\nM30",
+        told: &[(3, STOPPED, "block:end-mill")],
+    },
     crash(
         "mill",
         "M61 says that the long drill is in the spindle",

@@ -331,9 +331,9 @@ fn junit_has_a_case_for_each_pair_and_one_for_the_limits() {
     assert_eq!(names(&suite), names(&clear), "a pipeline compares cases by name");
 }
 
-/// A box of 100 x 100 x 20 mm about the origin, as text STL: the uncut block.
-fn box_stl() -> String {
-    let corner = |k: usize| [0, 1, 2].map(|i| [50.0, 50.0, 10.0][i] * if (k >> i) & 1 == 1 { 1.0 } else { -1.0 });
+/// A box between two corners, mm, as text STL.
+fn box_stl(low: [f64; 3], high: [f64; 3]) -> String {
+    let corner = |k: usize| [0, 1, 2].map(|i| if (k >> i) & 1 == 1 { high[i] } else { low[i] });
     let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let facet = |corners: [usize; 3]| {
         let vertices = corners.map(corner).map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
@@ -348,6 +348,8 @@ fn whatever_fails_a_check_is_in_every_report() {
     let (cut, with_tool) = ("M3 S1000 G0 Z5\nG1 Z-3 F500\nG0 Z5\nM2", "role = \"cutter\"\ntool = 1\n");
     for (role, program, arguments, rule, line, case) in [
         ("role = \"cutter\"\n", cut, &["--target", "box.stl"][..], "target-gouge", 1, "the wanted part"),
+        // Under the cut, and 10 mm beyond the block at two sides.
+        ("role = \"cutter\"\n", cut, &["--target", "wide.stl"], "target-gouge", 1, "the wanted part"),
         // A retreat out of the whole workpiece is not proved.
         (
             "role = \"cutter\"\n",
@@ -362,7 +364,12 @@ fn whatever_fails_a_check_is_in_every_report() {
         let folder = scene(program);
         let changed = MILL.replacen("role = \"cutter\"\n", role, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
         fs::write(folder.path().join("scene.toml"), changed).unwrap();
-        fs::write(folder.path().join("box.stl"), box_stl()).unwrap();
+        for (name, low, high) in [
+            ("box.stl", [-50.0, -50.0, -10.0], [50.0, 50.0, 10.0]),
+            ("wide.stl", [-60.0, -50.0, -10.0], [60.0, 50.0, 6.0]),
+        ] {
+            fs::write(folder.path().join(name), box_stl(low, high)).unwrap();
+        }
         let reports = ["check", "--quiet", ".", "--clearance", "0", "--csv", "--sarif", "a.sarif", "--junit", "b.xml"];
         let mut command = Command::cargo_bin("bvbench").unwrap();
         let output = command.current_dir(folder.path()).args(reports).args(arguments).output().unwrap();

@@ -36,7 +36,7 @@ use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::stock::StockError;
 use crate::truth::Solid;
 use rayon::prelude::*;
-use rs274::{Axis, MoveKind};
+use rs274::{Axis, Move, MoveKind};
 use spun::Spun;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -162,7 +162,7 @@ pub struct Outcome {
     pub over_travel: Vec<OverTravel>,
     /// Examined parts whose meshes are not watertight: whether something lies wholly inside them, nobody knows.
     pub open_parts: Vec<usize>,
-    /// Tools that are in the spindle at some time and have no part, in a scene whose tools have parts: nobody knows what these touch.
+    /// Tools that are in the spindle at some time and have no part: nobody knows what these touch. Tool 0 where the program feeds with none.
     pub tools_without_parts: Vec<u32>,
     /// Parts that a spindle turns, that are not round and are examined as drawn, because the axis about which they turn is not known, or moves.
     pub as_drawn: Vec<usize>,
@@ -386,25 +386,29 @@ fn of_pair(scanned: &[Vec<Vec<scan::Stretch>>], index: Option<usize>) -> Vec<sca
     scanned.iter().filter_map(of_chunk).flatten().collect()
 }
 
-/// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or asks for a place beyond.
+/// Where the program leaves the machine's limits: the first sample of each line that takes an axis beyond, or ends with it beyond.
 fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTravel> {
-    let mut found: Vec<OverTravel> = Vec::new();
+    let (mut found, mut told) = (Vec::new(), BTreeSet::new());
     for (index, sample) in path.samples().iter().enumerate() {
         if scene.machine.check_limits(&sample.position).is_ok() {
             continue;
         }
         let (place, line, step) = (index + 1, sample.line, &run.program.moves[sample.move_index]);
+        // Of the tip, which names a place on the workpiece, the last sample says where the axes end.
+        let is_tip = step.tip_mm.is_some();
+        let last = path.samples().partition_point(|other| other.move_index <= sample.move_index) - 1;
+        let end = if is_tip { path.samples()[last].position } else { step.end };
         for axis in Axis::ALL {
             let Err(cause) = scene.machine.check_axis(axis, &sample.position) else { continue };
             let came = scene.machine.check_axis(axis, &path.position(index)).is_ok();
-            // What the line asks for says more than the first sample beyond.
-            let asked = scene.machine.check_axis(axis, &step.end).err().filter(|_| step.tip_mm.is_none());
-            let is_same = |other: &OverTravel| other.line == line && other.cause.axis == cause.axis;
-            if (!came && asked.is_none()) || found.iter().rev().take(Axis::ALL.len()).any(is_same) {
+            let ends = scene.machine.check_axis(axis, &end).err();
+            if (!came && ends.is_none()) || !told.insert((line, cause.axis)) {
                 continue;
             }
             let (block, time_s) = (path.block(line).to_owned(), path.time_s(place as f64));
-            found.push(OverTravel { place, line, block, time_s, cause: asked.unwrap_or(cause) });
+            // What the line asks for says more than the first sample beyond.
+            let cause = ends.filter(|_| !is_tip).unwrap_or(cause);
+            found.push(OverTravel { place, line, block, time_s, cause });
         }
     }
     found
@@ -435,13 +439,20 @@ fn refuse_missing_axes(scene: &Scene, run: &ProgramRun) -> Result<(), CheckError
 /// By how much rounding may move an axis that stays where it is, mm or radians.
 const STILL: f64 = 1e-9;
 
-/// Tools in use without a part, in a scene whose tools have some; tool 0, no tool, where the program feeds with none.
+/// Tools in use without a part; tool 0, no tool, where the program feeds with none. Where no part has a number, a cutter or shank is of every tool;
+/// without either, only feeding with a turning spindle tells that a tool is missing, as presses and robots feed without one.
 fn tools_without_parts(scene: &Scene, run: &ProgramRun, reach: &pairs::Reach) -> Vec<u32> {
-    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool));
-    let feeds_without =
-        || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && step.kind.is_feed());
+    let (changes, has_role) = (scene.changes_tools(), |role: Role| scene.parts.iter().any(|part| part.role == role));
+    if !changes && (has_role(Role::Cutter) || has_role(Role::Shank)) {
+        return Vec::new();
+    }
+    // A holder alone says nothing of what it holds.
+    let has_part = |tool: u32| scene.parts.iter().any(|part| part.tool == Some(tool) && part.role != Role::Holder);
+    let needs_tool =
+        |step: &Move| step.kind.is_feed() && (changes || (step.spindle_rpm != 0.0 && has_role(Role::Workpiece)));
+    let feeds_without = || run.program.moves.iter().zip(run.tools()).any(|(step, tool)| tool == 0 && needs_tool(step));
     let used = reach.tools.iter().flatten().map(|(&tool, _)| tool);
-    used.filter(|&tool| scene.changes_tools() && !has_part(tool) && (tool != 0 || feeds_without())).collect()
+    used.filter(|&tool| !has_part(tool) && (tool != 0 || feeds_without())).collect()
 }
 
 /// Chunks that are scanned before it is looked whether there is a collision among them.

@@ -40,6 +40,13 @@ start = { z_mm = 100 }
 rapid_mm_min = 6000
 "#;
 
+/// [`CUBES`] with an axis Y and a tool of 10 mm whose tip may be led.
+fn with_tip() -> String {
+    CUBES
+        .replacen("name = \"cross\"\n", "name = \"side\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"cross\"\nparent = \"side\"\n", 1)
+        .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1)
+}
+
 fn scene(text: &str, program: &str) -> Scene {
     let files = [("scene.toml", text), ("own.ngc", program)];
     let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
@@ -477,6 +484,22 @@ fn each_line_that_asks_for_a_place_beyond_a_limit_is_told_where_it_is_first_beyo
     assert_eq!(told(false), [(101, 1, 210.0), (491, 4, 250.0), (541, 5, 260.0)]);
     // The cubes collide on line 2.
     assert_eq!(told(true), [(101, 1, 210.0)]);
+    // A loop tells a line once, however many others are told between its rounds.
+    let lines: String = (1..=10).map(|k| format!("G0 Z{}\n", 200 + k)).collect();
+    let scene = self::scene(&text, &format!("o1 repeat [2]\n{lines}G0 Z60\no1 endrepeat\nM2"));
+    let over = checked(&scene, &with_zones(&[])).over_travel;
+    assert_eq!(over.iter().map(|over| over.line).collect::<Vec<_>>(), (2..=11).collect::<Vec<_>>());
+}
+
+#[test]
+fn each_line_that_leads_the_tip_with_an_axis_beyond_its_limit_is_told() {
+    let axis = "axis = \"Z\", direction = [0, 0, 1]";
+    let text = with_tip().replacen(axis, &format!("{axis}, max_mm = 200"), 1);
+    // The axis is 10 mm above the tip, and comes to 205.5 and 208.5; line 4 brings it back.
+    let scene = scene(&text, "G43.4 H1\nG1 Z195.5 F6000\nG1 Z198.5\nG1 Z100\nG1 Z195.5\nM2");
+    let over = checked(&scene, &with_zones(&[])).over_travel;
+    let told: Vec<_> = over.iter().map(|over| (over.line, over.cause.value.floor())).collect();
+    assert_eq!(told, [(2, 200.0), (3, 206.0), (5, 200.0)]);
 }
 
 #[test]
@@ -493,10 +516,7 @@ fn a_program_that_moves_an_axis_without_a_joint_is_refused() {
         refused(CUBES, &format!("G0 Z50\n{arc}\nM2"), ":2: the program moves axis Y to 0 mm");
     }
     // Under control of the tool's tip C is an axis, though X, Y and Z are not.
-    let tip = CUBES
-        .replacen("name = \"cross\"\n", "name = \"side\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"cross\"\nparent = \"side\"\n", 1)
-        .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1);
-    refused(&tip, "G43.4 H1\nG1 X5 C90 F1000\nM2", ":2: the program moves axis C to 90 degrees");
+    refused(&with_tip(), "G43.4 H1\nG1 X5 C90 F1000\nM2", ":2: the program moves axis C to 90 degrees");
     // What stays where it is at first is not moved.
     let aside = CUBES.replacen("start = { z_mm", "start = { y_mm = 5, z_mm", 1);
     assert!(checked(&scene(&aside, "G0 Z50\nM2"), &with_zones(&[])).events.is_empty());

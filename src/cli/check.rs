@@ -16,7 +16,7 @@ use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::geometry::Mesh;
 use crate::machine::OutOfLimits;
-use crate::measure::timer;
+use crate::measure::{Progress, timer};
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
@@ -32,7 +32,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved) or gouges the target, an axis leaves its limits, or a tool in use has no part, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved), gouges the target or lacks stock for it, an axis leaves its limits, or a tool in use has no part, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -278,8 +278,12 @@ impl<'a> Prepared<'a> {
         let searched_by = options.method.as_ref().map(|_| variant);
         let certify = |file: &PathBuf| certify::Written::new(file, &scene, &run, searched_by, &bar);
         let certificate = options.reports.certify.as_ref().map(certify).transpose()?;
+        if settings.is_solid {
+            bar.begin("measuring what is left", 1);
+        }
+        let left = options.stock.left(&scene, &mut outcome, target.as_ref());
         bar.finish();
-        let left = options.stock.left(&scene, &mut outcome, target.as_ref())?;
+        let left = left?;
         let times = Times { load_s: seconds(load_ns), trees_s: seconds(outcome.trees_ns), check_s: seconds(ns) };
         Ok(Checked { scene, run, variant, outcome, left, certificate, times })
     }

@@ -340,6 +340,9 @@ impl<'a> Interpreter<'a> {
         }
         self.obey_motion(&values)?;
         values.late_notes().for_each(|note| self.note(note));
+        if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
+            self.modes.spindle = Spindle::Still;
+        }
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => {
                 self.refuse_open_corner(&values)?;

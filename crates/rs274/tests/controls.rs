@@ -617,6 +617,25 @@ fn a_rigid_tap_starts_the_spindle() {
 }
 
 #[test]
+fn a_program_stop_stops_the_spindle() {
+    for (stop, setup, expected) in [
+        ("M0\nG1X2.", haas(), [500.0, 0.0]),
+        ("M0\nG1X2.", fanuc(), [500.0, 0.0]),
+        // After the move of its block.
+        ("G1X2.M0", haas(), [500.0, 500.0]),
+        ("M0\nM3\nG1X2.", haas(), [500.0, 500.0]),
+        // A switch at the machine decides on M1, and LinuxCNC's M0 leaves the spindle on.
+        ("M1\nG1X2.", haas(), [500.0, 500.0]),
+        ("M1\nG1X2.", fanuc(), [500.0, 500.0]),
+        ("M0\nG1X2.", linuxcnc(), [500.0, 500.0]),
+    ] {
+        let moves = run(&format!("M3S500\nG1X1.F100\n{stop}\nM30"), &setup).moves;
+        let speeds: Vec<f64> = moves.iter().map(|step| step.spindle_rpm).collect();
+        assert_eq!(speeds, expected, "{stop} {setup:?}");
+    }
+}
+
+#[test]
 fn a_machines_own_codes_may_turn_the_spindle() {
     let source = "S500M13\nG1X1.F100\nM15\nX2.\nM30";
     let user_codes = [(13, UserCode::SpindleOn), (15, UserCode::SpindleOff)].into();

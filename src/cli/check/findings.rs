@@ -4,6 +4,7 @@ use super::stock::Left;
 use super::{Checked, axes, clock, near_pairs, tool_without_part};
 use crate::check::{Event, Extent, Kind, OverTravel};
 use crate::scene::{Pair, ProgramRun, Scene};
+use crate::stock::target::Comparison;
 use rs274::Move;
 
 /// A kind of finding.
@@ -85,7 +86,7 @@ pub const RULES: [Rule; 11] = [
         id: "target-gouge",
         name: "TargetGouge",
         what: "What is left of the workpiece lacks some of the wanted part of `--target`.",
-        help: "The message says how deep and how much. Which line cuts it is not known, so it is shown at line 1.",
+        help: "The message says how deep and how much, and whether it is cut away or was never in the workpiece. Which line cuts it is not known, so it is shown at line 1.",
         is_note: false,
     },
     Rule {
@@ -129,7 +130,7 @@ pub struct Finding<'a> {
     pub at: Option<(f64, &'a Extent)>,
 }
 
-/// Whatever makes a check fail: collisions and over-travel by time, tools without parts, gouges of the wanted part, blocks without a proof. Then a near miss for each
+/// Whatever makes a check fail: collisions and over-travel by time, tools without parts, what is lacking of the wanted part, blocks without a proof. Then a near miss for each
 /// pair.
 pub fn findings<'a>(checked: &'a Checked<'_>) -> Vec<Finding<'a>> {
     let Checked { scene, run, outcome, left, certificate, .. } = checked;
@@ -202,15 +203,17 @@ fn of_tool(run: &ProgramRun, tool: u32) -> Finding<'_> {
 }
 
 fn of_target(scene: &Scene, left: &Left) -> Option<Finding<'static>> {
-    let gouge = left.comparison?.gouge;
+    let Comparison { gouge, missing, .. } = left.comparison?;
     let subject = scene.parts[left.part].name.clone();
-    let message = format!(
-        "{subject}: the wanted part is cut {:.3} mm deep, at least {:.1} mm³",
-        gouge.greatest_mm, gouge.volume_mm3
-    );
+    let lacks = [("is cut", gouge), ("is larger than the uncut workpiece,", missing)];
+    let told = lacks.iter().filter(|(_, lack)| lack.volume_mm3 > 0.0).map(|(what, lack)| {
+        format!("the wanted part {what} {:.3} mm deep, at least {:.1} mm³", lack.greatest_mm, lack.volume_mm3)
+    });
+    let told: Vec<String> = told.collect();
+    let message = format!("{subject}: {}", told.join("; "));
     let rule = rule("target-gouge");
     let finding = Finding { rule, line: 1, block: "", message, pair: None, subject, time_s: None, at: None };
-    (gouge.volume_mm3 > 0.0).then_some(finding)
+    (!told.is_empty()).then_some(finding)
 }
 
 fn of_near_miss<'a>(scene: &Scene, events: &[&'a Event]) -> Option<Finding<'a>> {

@@ -119,7 +119,7 @@ impl Left {
             lines.push(of("GOUGE, the wanted part is cut", "gouge", gouge));
             lines.push(of("rest, stock beyond the wanted part", "rest", rest));
             if missing.volume_mm3 > 0.0 {
-                lines.push(told("the wanted part is larger than the uncut workpiece", missing));
+                lines.push(told("MISSING, the wanted part is larger than the uncut workpiece", missing));
             }
         }
         if let Some((file, cube_mm)) = &self.written {
