@@ -202,6 +202,16 @@ const CRASHES: &[Crash] = &[
         program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S300 G43 H2 G0 Z5\nG1 Z-14 F50\nG0 Z100\nT1 M6\nM3 S3000 G43 H1 G0 Z50\nG0 X10\nG0 Z-5\nG0 Z50\nM2",
         told: &[(9, RAPID, "block:end-mill")],
     },
+    Crash {
+        machine: "mill",
+        fault: "saw blade of 0.15 mm on its arbor into the block at rapid rate",
+        change: Some((
+            "shape = { kind = \"cylinder\", radius_mm = 4, height_mm = 90 }",
+            "shape = { kind = \"revolve\", profile_mm = [[0, 0], [16, 0], [16, 0.15], [4, 0.15], [4, 90], [0, 90]] }",
+        )),
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S300 G43 H2 G0 Z50\nG0 X-80\nG0 Z-5\nG0 X-60\nG0 X-80\nG0 Z50\nM2",
+        told: &[(6, UNRESOLVED, "block:drill")],
+    },
     crash(
         "mill",
         "holder meets the wall that a slot has left",

@@ -354,17 +354,14 @@ impl Other {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
     }
 
-    /// Whether depth in it tells little: it is never deeper in the stock than what is told as a touch.
-    fn is_thin(&self, resolution_mm: f64) -> bool {
-        self.deepest_mm() <= resolution_mm
-    }
-
     fn bodies(&self) -> impl Iterator<Item = &Body> {
         std::iter::once(&self.body).chain(&self.own)
     }
 
-    fn deepest_mm(&self) -> f64 {
-        self.turning.as_ref().map_or_else(|| self.body.deepest_mm(), Turning::deepest_mm)
+    /// How deep the stock can be in it, mm, where that is no more than the resolution: all contact would be told as a touch.
+    fn thin_mm(&self, resolution_mm: f64) -> Option<f64> {
+        let deepest = self.turning.as_ref().map_or_else(|| self.body.deepest_mm(resolution_mm), Turning::deepest_mm);
+        Some(deepest).filter(|deepest| *deepest <= resolution_mm)
     }
 }
 
@@ -532,6 +529,8 @@ struct Ledger<'a> {
     others: &'a [Other],
     resolution_mm: f64,
     met: Met,
+    /// Per part: how deep the stock can be in what is thin of it, mm.
+    thin: Vec<Option<f64>>,
     /// Per part: index of its last contact.
     last: Vec<Option<usize>>,
     /// Per part: index of its touches, and the move of the last.
@@ -541,7 +540,8 @@ struct Ledger<'a> {
 impl<'a> Ledger<'a> {
     fn new(path: &'a Path<'a>, others: &'a [Other], resolution_mm: f64) -> Self {
         let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
-        Self { path, others, resolution_mm, met: Met::default(), last, touch }
+        let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
+        Self { path, others, resolution_mm, met: Met::default(), thin, last, touch }
     }
 
     fn take(&mut self, batch: &Batch, found: &[Contact]) {
@@ -553,12 +553,9 @@ impl<'a> Ledger<'a> {
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
             let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
-            if is_touch && self.others[other].is_thin(self.resolution_mm) && !matches!(kind, Kind::Unresolved) {
-                // However far it is in, it would be told as a touch.
+            if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > 0.5 * deepest) {
                 let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
-                if contact.depth.high > 0.5 * self.others[other].deepest_mm() {
-                    self.contact(other, Kind::Unresolved, told, &all);
-                }
+                self.contact(other, Kind::Unresolved, told, &all);
             } else if is_touch {
                 self.touch(other, told, contact.depth.high);
             } else {

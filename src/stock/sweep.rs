@@ -96,10 +96,10 @@ impl Body {
         matches!(&*self.form, Form::Round(_))
     }
 
-    /// How deep a point can be in it at most, mm.
-    pub fn deepest_mm(&self) -> f64 {
+    /// How deep a point can be in it at most, mm; of a body of revolution, in what is thin of it and stands out of the rest by more than `out_mm`.
+    pub fn deepest_mm(&self, out_mm: f64) -> f64 {
         match &*self.form {
-            Form::Round(Round { radius_mm, span_mm: [low, high], .. }) => radius_mm.min(0.5 * (high - low)),
+            Form::Round(round) => round.deepest_mm(out_mm),
             Form::Rigid(skin) => {
                 let (low, high) = skin.bounds();
                 0.5 * (high - low).min()

@@ -257,19 +257,29 @@ fn a_lathe_without_the_axis_of_its_workpiece_cuts_nothing() {
 
 #[test]
 fn what_is_thinner_than_the_resolution_is_not_free_in_the_stock() {
-    for (radius, resolution_mm, kind) in
-        [(0.05, 0.1, "unresolved"), (1.0, 0.1, "rapid-into-workpiece"), (1.0, 3.0, "unresolved")]
-    {
+    let blade_on =
+        |arbor: &str| format!("{{ kind = \"revolve\", profile_mm = [[0, 0], [8, 0], [8, 0.8], {arbor}[0, 0.8]] }}");
+    let arbor = blade_on("[3, 0.8], [3, 40], [0, 40], ");
+    // The blade is within the block, the arbor above it.
+    let (into, blade_into) = ("Z-15", "Z-5.7");
+    for (shape, to, resolution_mm, kind) in [
+        (cylinder(0.05, 20.0), into, 0.1, "unresolved"),
+        (cylinder(1.0, 20.0), into, 0.1, "rapid-into-workpiece"),
+        (cylinder(1.0, 20.0), into, 3.0, "unresolved"),
+        (blade_on(""), blade_into, 1.0, "unresolved"),
+        (arbor.clone(), blade_into, 1.0, "unresolved"),
+        (arbor, blade_into, 0.1, "rapid-into-workpiece"),
+    ] {
         let text = [
             HEAD,
             &part("block", "", "workpiece", [0.0; 3], &cuboid([20.0, 20.0, 20.0])),
-            &part("cutter", "head", "cutter", [0.0, 0.0, 15.0], &cylinder(radius, 20.0)),
+            &part("cutter", "head", "cutter", [0.0, 0.0, 15.0], &shape),
             NO_TIP,
         ]
         .concat();
         let settings = Settings { cutting: Cutting::At(resolution_mm), ..with_zones(&[]) };
-        let told = checked(&scene(&text, "M3 S1000\nG0 Z-15\nM2"), &settings);
-        assert_eq!(kinds(&told), [(2, kind)], "{radius} {resolution_mm}");
+        let told = checked(&scene(&text, &format!("M3 S1000\nG0 {to}\nM2")), &settings);
+        assert_eq!(kinds(&told), [(2, kind)], "{shape} {resolution_mm}");
     }
 }
 
