@@ -396,6 +396,16 @@ const CRASHES: &[Crash] = &[
         program: "M3 S800 G0 X56 Z5\nG1 Z-100 F200\nG1 Z-163\nG0 X100\nG0 Z5\nM2",
         told: &[(3, UNRESOLVED, "chuck:insert")],
     },
+    Crash {
+        machine: "lathe",
+        fault: "insert and shank into a hole milled across the bar, which turns",
+        change: Some((
+            "diameter_mm = 16 }]",
+            "diameter_mm = 16 }, { number = 3, diameter_mm = 36 }]\n[[parts]]\nname = \"mill\"\nlink = \"turret\"\nrole = \"cutter\"\nturns = \"own\"\ntool = 3\nat = { xyz_mm = [0, 0, 14], rpy_deg = [0, 90, 0] }\nshape = { kind = \"cylinder\", radius_mm = 18, height_mm = 40 }",
+        )),
+        program: "T3 M6\nM3 S2000\nG0 X80 Z-50\nG1 X0 F200\nG0 X80\nT1 M6\nM3 S800\nG0 X20\nG0 X80\nM2",
+        told: &[(8, RAPID, "bar:insert"), (8, UNRESOLVED, "bar:tool-shank")],
+    },
     crash(
         "lathe",
         "parting off with the spindle stopped",

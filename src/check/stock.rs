@@ -91,6 +91,8 @@ struct Other {
     turning: Option<Turning>,
     /// Whether it is a cutter that nothing turns, nor a workpiece: it takes nothing away.
     stands: bool,
+    /// Whether it is asked only while the workpiece turns, and after a driven cutter has cut it: a round workpiece is at every angle as drawn.
+    once_unround: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -195,7 +197,9 @@ impl<'a> Workpiece<'a> {
             })
             .collect();
         let Self { scene, path, stock, others, given_up, .. } = self;
-        let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
+        let pad_mm = PAD * stock.resolution_mm();
+        let mut route = Route { scene, path, others, touching: &touching, pad_mm, unround_from: usize::MAX };
+        route.unround_from = (1..=end).find(|&at| route.cuts_unround(at)).unwrap_or(usize::MAX);
         let mut ledger = Ledger::new(path, others, stock.resolution_mm());
         let mut batch = Batch::default();
         let mut at = 0;
@@ -242,7 +246,19 @@ impl<'a> Examined<'a, '_> {
         let stock = Stock::new(&self.mesh(), resolution_mm)?;
         let others = self.pairs.iter().map(|&pair| self.as_drawn(pair));
         let turned = self.turned.iter().map(|&pair| self.as_turned(pair));
-        Ok(self.with(stock, others.chain(turned).collect()))
+        let beside = self.pairs.iter().filter(|&&pair| self.stands_beside(pair));
+        let beside = beside.map(|&pair| Other { once_unround: true, ..self.as_turned(pair) });
+        Ok(self.with(stock, others.chain(turned).chain(beside).collect()))
+    }
+
+    /// Whether a part that does not cut stands beside the workpiece, which turns and is round before it is cut.
+    fn stands_beside(&self, pair: Pair) -> bool {
+        let part = pair.other(self.workpiece);
+        let is_cutter = self.scene.parts[part].role == Role::Cutter;
+        self.axis.is_some()
+            && !is_cutter
+            && !self.turned.contains(&pair)
+            && self.spun.turns_beside(self.workpiece, part)
     }
 
     /// The workpiece as a half section; `None` where a cutter turns.
@@ -326,7 +342,7 @@ impl<'a> Examined<'a, '_> {
         }
         let chain = Chain::new(&self.scene.machine, of_part, workpiece);
         let role = self.scene.parts[part].role;
-        Other { pair, body, own, chain, role, is_turned: false, turning: None, stands: false }
+        Other { pair, body, own, chain, role, is_turned: false, turning: None, stands: false, once_unround: false }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
@@ -339,7 +355,9 @@ impl<'a> Examined<'a, '_> {
         let is_driven = role == Role::Cutter && turning.is_driven(scene, path, axis, part, &body);
         let chain = turning.to_base.clone();
         let turning = Some(turning);
-        (!is_driven).then_some(Other { pair, body, own: None, chain, role, is_turned, turning, stands: false })
+        let (stands, once_unround) = (false, false);
+        let own = None;
+        (!is_driven).then_some(Other { pair, body, own, chain, role, is_turned, turning, stands, once_unround })
     }
 }
 
@@ -388,6 +406,8 @@ struct Route<'a> {
     /// Where each other part touches the uncut workpiece; of cutters nothing is said.
     touching: &'a [Vec<Stretch>],
     pad_mm: f64,
+    /// The first place to which a driven cutter feeds.
+    unround_from: usize,
 }
 
 impl<'a> Route<'a> {
@@ -431,10 +451,32 @@ impl<'a> Route<'a> {
         last
     }
 
-    /// Parts that are there on the way to a place.
+    /// Parts that are there on the way to a place, and asked.
     fn present(&self, at: usize) -> impl Iterator<Item = usize> {
+        let is_unround = at > self.unround_from && !self.works_driven(at);
+        self.mounted(at).filter(move |&other| is_unround || !self.others[other].once_unround)
+    }
+
+    fn mounted(&self, at: usize) -> impl Iterator<Item = usize> {
         let tool = self.path.tool(at);
         (0..self.others.len()).filter(move |&other| self.scene.is_mounted(self.others[other].pair, tool))
+    }
+
+    /// For each cutter in use whether it is driven, on a lathe.
+    fn driven(&self, at: usize) -> impl Iterator<Item = bool> {
+        let others = self.mounted(at).map(|other| &self.others[other]);
+        others.filter(|other| other.role == Role::Cutter).map(|other| other.turning.is_none())
+    }
+
+    /// Whether the workpiece stands because all cutters in use are driven.
+    fn works_driven(&self, at: usize) -> bool {
+        self.driven(at).next().is_some() && self.driven(at).all(|is_driven| is_driven)
+    }
+
+    /// Whether a driven cutter feeds to a place, and something asks.
+    fn cuts_unround(&self, at: usize) -> bool {
+        let asks = self.others.iter().any(|other| other.once_unround);
+        asks && self.path.step(at as f64).kind.is_feed() && self.driven(at).any(|is_driven| is_driven)
     }
 
     fn may_touch(&self, other: usize, from: f64, to: f64) -> bool {

@@ -163,6 +163,34 @@ fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
 }
 
 #[test]
+fn what_stands_in_a_milled_hole_meets_the_bar_when_it_turns() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
+        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape") + "tool = 1\n"
+    };
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0)),
+        &along_x("mill", "cutter", 40.0, &cylinder(6.0, 20.0)),
+        "turns = \"own\"\n",
+        &along_x("arbor", "shank", 60.0, &cylinder(4.0, 20.0)),
+        &part("shank", "slide", "shank", [45.0, 0.0, 60.0], &cuboid([10.0, 4.0, 8.0])),
+        "tool = 2\n",
+    ]
+    .concat();
+    // The bar stands while the mill turns: the arbor is free in the hole.
+    let milled = "T1 M6\nM3 S500\nG0 Z-40\nG1 X-80 F200\nG0 X0\n";
+    for (hole, x, expected) in [
+        (milled, -50, vec![(8, "unresolved")]),
+        (milled, -16, vec![]),
+        ("\n\nG0 Z-40\n\n\n", -50, vec![(8, "collision")]),
+    ] {
+        let told = found(&text, &format!("{hole}T2 M6\nM3 S500\nG0 X{x}\nG0 X0\nM2"));
+        assert_eq!(kinds(&told), expected, "{hole}{x}");
+    }
+}
+
+#[test]
 fn an_insert_turns_about_the_spindle_and_not_about_itself() {
     let text = |x: f64, width: f64| {
         [
