@@ -83,6 +83,8 @@ struct Other {
     /// Of a cutter that the spindle or a drive of its own may turn: what both sweep for sure; `body` is then what the spindle may sweep. Where nothing is swept for
     /// sure, what the drive may.
     own: Option<Body>,
+    /// Of a cutter that is not round: the mesh as it is, for while its spindle stands.
+    drawn: Option<Body>,
     chain: Chain,
     role: Role,
     /// Whether the part, or the workpiece, is taken as what the spindle turns it through.
@@ -312,7 +314,10 @@ impl<'a> Examined<'a, '_> {
         // One that is not round is only taken as driven because the program turns the workpiece between its feeds: it may as well stand.
         let may_stand = axis.is_some() && turning.is_none() && turns.is_none() && body.axis().is_none();
         let body = if may_stand { body.vague() } else { body };
-        Other { turning, stands, ..self.standing(pair, body, None) }
+        let turns = role == Role::Cutter && turning.is_none() && !stands;
+        let is_unround = mesh.edge_report().is_watertight() && body.axis().is_none();
+        let drawn = (turns && is_unround).then(|| Body::standing(mesh));
+        Other { turning, stands, drawn, ..self.standing(pair, body, None) }
     }
 
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
@@ -342,7 +347,8 @@ impl<'a> Examined<'a, '_> {
         }
         let chain = Chain::new(&self.scene.machine, of_part, workpiece);
         let role = self.scene.parts[part].role;
-        Other { pair, body, own, chain, role, is_turned: false, turning: None, stands: false, once_unround: false }
+        let (is_turned, stands, once_unround) = (false, false, false);
+        Other { pair, body, own, drawn: None, chain, role, is_turned, turning: None, stands, once_unround }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
@@ -356,8 +362,8 @@ impl<'a> Examined<'a, '_> {
         let chain = turning.to_base.clone();
         let turning = Some(turning);
         let (stands, once_unround) = (false, false);
-        let own = None;
-        (!is_driven).then_some(Other { pair, body, own, chain, role, is_turned, turning, stands, once_unround })
+        let (own, drawn) = (None, None);
+        (!is_driven).then_some(Other { pair, body, own, drawn, chain, role, is_turned, turning, stands, once_unround })
     }
 }
 
@@ -533,13 +539,16 @@ impl<'a> Route<'a> {
             way.pieces(machine, &first, &last, self.pad_mm, off)
         };
         let count = all.map(pieces).max().unwrap_or(1);
+        let is_stopped = to == 0.0 || self.path.step(to).spindle_rpm == 0.0;
         for index in 0..count {
             let sweeps = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
-                let Other { turning, .. } = &self.others[other];
+                let Other { turning, drawn, .. } = &self.others[other];
                 let piece = self.others[other].way().piece(machine, &first, &last, index, count);
-                let of_body = |body: &Body| match turning {
-                    Some(turning) => of_turning(turning, &piece, chord_mm),
-                    None => body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm),
+                let straight = |body: &Body| body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm);
+                let of_body = |body: &Body| match (turning, drawn) {
+                    (Some(turning), _) => of_turning(turning, &piece, chord_mm),
+                    (None, Some(drawn)) if is_stopped => straight(body).standing(straight(drawn)),
+                    _ => straight(body),
                 };
                 self.others[other].bodies().map(of_body).collect::<Vec<_>>()
             };

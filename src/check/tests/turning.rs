@@ -213,6 +213,33 @@ fn an_insert_turns_about_the_spindle_and_not_about_itself() {
 }
 
 #[test]
+fn a_cutter_that_stands_is_where_it_is_drawn_for_sure_and_maybe_anywhere_it_turns() {
+    let plate = "{ kind = \"extrude\", height_mm = 20, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]], holes = [{ at_mm = [0, 0], radius_mm = 15 }] }";
+    // From 4 to 20 mm on one side of the spindle's axis: 8 mm beside the hole's middle it goes through.
+    let bar = "{ kind = \"extrude\", height_mm = 4, outline_mm = [[4, -2], [20, -1], [20, 1], [4, 2]] }";
+    let text = [
+        HEAD,
+        &part("plate", "", "workpiece", [0.0, 0.0, -40.0], plate),
+        &part("bar", "head", "cutter", [0.0; 3], bar),
+        "turns = \"spindle\"\n",
+        TIP,
+    ]
+    .concat();
+    for (stop, x, kind) in
+        [("M5", -8, "unresolved"), ("M5", 8, "rapid-into-workpiece"), ("", -8, "rapid-into-workpiece")]
+    {
+        let told = found(&text, &format!("M3 S800\nG0 Z1\n{stop}\nG0 X{x}\nG0 Z-45\nM2"));
+        assert_eq!(kinds(&told), [(5, kind)], "{stop} {x}");
+    }
+    // Back boring: with the wrong sign of I the bar goes down beside the hole.
+    for (i, is_certain) in [(-8, false), (8, true)] {
+        let told = found(&text, &format!("M3 S800\nG0 Z1\nG98 G87 X0 Z-45 R-18 I{i} J0 K-36 F50\nG80\nM2"));
+        let certain = kinds(&told).iter().any(|&(_, kind)| kind == "rapid-into-workpiece");
+        assert!(!told.is_clear() && certain == is_certain, "{i}: {:?}", kinds(&told));
+    }
+}
+
+#[test]
 fn corners_of_a_turning_bar_meet_what_stands_over_its_flats() {
     // As drawn there are 1.5 and 0.5 mm between flat and shank.
     for (sides, radius, gap) in [(6, 23.1, 21.5), (8, 20.0, 19.0)] {
