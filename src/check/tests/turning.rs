@@ -526,6 +526,30 @@ fn with_insert(at: [f64; 3], outline: &str) -> String {
 }
 
 #[test]
+fn a_rear_tool_cuts_on_its_side_wherever_the_program_begins() {
+    for side in [1, -1] {
+        for start in [60, -60] {
+            // 17 mm beside the axis at the front, or at the rear.
+            let insert = part("insert", "slide", "cutter", [f64::from(2 * side), 0.0, 2.0], &cuboid([4.0, 2.0, 4.0]));
+            let shank = part("shank", "slide", "shank", [f64::from(34 * side), 0.0, 4.0], &cuboid([60.0, 10.0, 8.0]));
+            let text = [
+                &LATHE.replace("[program]", &format!("[program]\nstart = {{ x_mm = {start}, z_mm = 60 }}")),
+                &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+                &insert,
+                &shank,
+            ]
+            .concat();
+            let cut =
+                format!("M3 S500\nG0 X{}\nG0 X{}\nG1 Z40 F200\nG0 X{} Z45\nG0 Z60\n", 80 * side, 34 * side, 44 * side);
+            let told = found(&text, &format!("{cut}M2"));
+            assert!(told.is_clear(), "{side} {start}: {:?}", told.events);
+            let told = found(&text, &format!("{cut}G0 X{}\nG0 Z30\nM2", 34 * side));
+            assert_eq!(kinds(&told)[0], (8, "rapid-into-workpiece"), "{side} {start}");
+        }
+    }
+}
+
+#[test]
 fn a_slanted_insert_faces_past_the_centre() {
     let text = with_insert([30.0, 2.0, 60.0], "[[0, 0], [11, 1], [12, 12], [1, 11]]");
     let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z0\nG0 X0\nM2");
