@@ -209,6 +209,16 @@ const CRASHES: &[Crash] = &[
         program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S300 G43 H2 G0 Z5\nG1 Z-14 F50\nG0 Z100\nT1 M6\nM3 S3000 G43 H1 G0 Z50\nG0 X10\nG0 Z-5\nG0 Z50\nM2",
         told: &[(9, RAPID, "block:end-mill")],
     },
+    Crash {
+        machine: "mill",
+        fault: "saw blade of 0.15 mm on its arbor into the block at rapid rate",
+        change: Some((
+            "shape = { kind = \"cylinder\", radius_mm = 4, height_mm = 90 }",
+            "shape = { kind = \"revolve\", profile_mm = [[0, 0], [16, 0], [16, 0.15], [4, 0.15], [4, 90], [0, 90]] }",
+        )),
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S300 G43 H2 G0 Z50\nG0 X-80\nG0 Z-5\nG0 X-60\nG0 X-80\nG0 Z50\nM2",
+        told: &[(6, UNRESOLVED, "block:drill")],
+    },
     crash(
         "mill",
         "holder meets the wall that a slot has left",
@@ -392,6 +402,16 @@ const CRASHES: &[Crash] = &[
         )),
         program: "M3 S800 G0 X56 Z5\nG1 Z-100 F200\nG1 Z-163\nG0 X100\nG0 Z5\nM2",
         told: &[(3, UNRESOLVED, "chuck:insert")],
+    },
+    Crash {
+        machine: "lathe",
+        fault: "insert and shank into a hole milled across the bar, which turns",
+        change: Some((
+            "diameter_mm = 16 }]",
+            "diameter_mm = 16 }, { number = 3, diameter_mm = 36 }]\n[[parts]]\nname = \"mill\"\nlink = \"turret\"\nrole = \"cutter\"\nturns = \"own\"\ntool = 3\nat = { xyz_mm = [0, 0, 14], rpy_deg = [0, 90, 0] }\nshape = { kind = \"cylinder\", radius_mm = 18, height_mm = 40 }",
+        )),
+        program: "T3 M6\nM3 S2000\nG0 X80 Z-50\nG1 X0 F200\nG0 X80\nT1 M6\nM3 S800\nG0 X20\nG0 X80\nM2",
+        told: &[(8, RAPID, "bar:insert"), (8, UNRESOLVED, "bar:tool-shank")],
     },
     crash(
         "lathe",

@@ -293,8 +293,11 @@ pub fn check(
         .iter_mut()
         .map(|workpiece| {
             let stretches = |pair: Pair, is_turned: bool| {
-                let (pairs, scanned) = if is_turned { (&turned, &turned_scanned) } else { (&pairs, &scanned) };
-                of_pair(scanned, pairs.iter().position(|&other| other == pair))
+                // A round workpiece touches at every angle what it touches as drawn.
+                match turned.iter().position(|&other| other == pair).filter(|_| is_turned) {
+                    Some(index) => of_pair(&turned_scanned, Some(index)),
+                    None => of_pair(&scanned, pairs.iter().position(|&other| other == pair)),
+                }
             };
             let met = workpiece.run(end, settings.tolerance_mm, settings.stock_budget, &stretches);
             progress.advance(1);

@@ -145,6 +145,11 @@ impl Spun {
         self.unsure.contains(&part)
     }
 
+    /// Whether a spindle turns a workpiece, and nothing turns a part beside it.
+    pub fn turns_beside(&self, workpiece: usize, part: usize) -> bool {
+        self.spindles[workpiece].is_some() && self.spindles[part].is_none()
+    }
+
     /// Whether a part with rings turns against the other part of a pair, and not with it.
     pub fn turns(&self, pair: Pair) -> bool {
         (self.is_turned[pair.a] || self.is_turned[pair.b]) && self.spindles[pair.a] != self.spindles[pair.b]

@@ -83,6 +83,8 @@ struct Other {
     /// Of a cutter that the spindle or a drive of its own may turn: what both sweep for sure; `body` is then what the spindle may sweep. Where nothing is swept for
     /// sure, what the drive may.
     own: Option<Body>,
+    /// Of a cutter that is not round: the mesh as it is, for while its spindle stands.
+    drawn: Option<Body>,
     chain: Chain,
     role: Role,
     /// Whether the part, or the workpiece, is taken as what the spindle turns it through.
@@ -91,6 +93,8 @@ struct Other {
     turning: Option<Turning>,
     /// Whether it is a cutter that nothing turns, nor a workpiece: it takes nothing away.
     stands: bool,
+    /// Whether it is asked only while the workpiece turns, and after a driven cutter has cut it: a round workpiece is at every angle as drawn.
+    once_unround: bool,
 }
 
 /// What a step was: where on the path, and what contact in it is.
@@ -195,7 +199,9 @@ impl<'a> Workpiece<'a> {
             })
             .collect();
         let Self { scene, path, stock, others, given_up, .. } = self;
-        let route = Route { scene, path, others, touching: &touching, pad_mm: PAD * stock.resolution_mm() };
+        let pad_mm = PAD * stock.resolution_mm();
+        let mut route = Route { scene, path, others, touching: &touching, pad_mm, unround_from: usize::MAX };
+        route.unround_from = (1..=end).find(|&at| route.cuts_unround(at)).unwrap_or(usize::MAX);
         let mut ledger = Ledger::new(path, others, stock.resolution_mm());
         let mut batch = Batch::default();
         let mut at = 0;
@@ -242,7 +248,19 @@ impl<'a> Examined<'a, '_> {
         let stock = Stock::new(&self.mesh(), resolution_mm)?;
         let others = self.pairs.iter().map(|&pair| self.as_drawn(pair));
         let turned = self.turned.iter().map(|&pair| self.as_turned(pair));
-        Ok(self.with(stock, others.chain(turned).collect()))
+        let beside = self.pairs.iter().filter(|&&pair| self.stands_beside(pair));
+        let beside = beside.map(|&pair| Other { once_unround: true, ..self.as_turned(pair) });
+        Ok(self.with(stock, others.chain(turned).chain(beside).collect()))
+    }
+
+    /// Whether a part that does not cut stands beside the workpiece, which turns and is round before it is cut.
+    fn stands_beside(&self, pair: Pair) -> bool {
+        let part = pair.other(self.workpiece);
+        let is_cutter = self.scene.parts[part].role == Role::Cutter;
+        self.axis.is_some()
+            && !is_cutter
+            && !self.turned.contains(&pair)
+            && self.spun.turns_beside(self.workpiece, part)
     }
 
     /// The workpiece as a half section; `None` where a cutter turns.
@@ -296,7 +314,10 @@ impl<'a> Examined<'a, '_> {
         // One that is not round is only taken as driven because the program turns the workpiece between its feeds: it may as well stand.
         let may_stand = axis.is_some() && turning.is_none() && turns.is_none() && body.axis().is_none();
         let body = if may_stand { body.vague() } else { body };
-        Other { turning, stands, ..self.standing(pair, body, None) }
+        let turns = role == Role::Cutter && turning.is_none() && !stands;
+        let is_unround = mesh.edge_report().is_watertight() && body.axis().is_none();
+        let drawn = (turns && is_unround).then(|| Body::standing(mesh));
+        Other { turning, stands, drawn, ..self.standing(pair, body, None) }
     }
 
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
@@ -326,7 +347,8 @@ impl<'a> Examined<'a, '_> {
         }
         let chain = Chain::new(&self.scene.machine, of_part, workpiece);
         let role = self.scene.parts[part].role;
-        Other { pair, body, own, chain, role, is_turned: false, turning: None, stands: false }
+        let (is_turned, stands, once_unround) = (false, false, false);
+        Other { pair, body, own, drawn: None, chain, role, is_turned, turning: None, stands, once_unround }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
@@ -339,7 +361,9 @@ impl<'a> Examined<'a, '_> {
         let is_driven = role == Role::Cutter && turning.is_driven(scene, path, axis, part, &body);
         let chain = turning.to_base.clone();
         let turning = Some(turning);
-        (!is_driven).then_some(Other { pair, body, own: None, chain, role, is_turned, turning, stands: false })
+        let (stands, once_unround) = (false, false);
+        let (own, drawn) = (None, None);
+        (!is_driven).then_some(Other { pair, body, own, drawn, chain, role, is_turned, turning, stands, once_unround })
     }
 }
 
@@ -354,17 +378,14 @@ impl Other {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
     }
 
-    /// Whether depth in it tells little: it is never deeper in the stock than what is told as a touch.
-    fn is_thin(&self, resolution_mm: f64) -> bool {
-        self.deepest_mm() <= resolution_mm
-    }
-
     fn bodies(&self) -> impl Iterator<Item = &Body> {
         std::iter::once(&self.body).chain(&self.own)
     }
 
-    fn deepest_mm(&self) -> f64 {
-        self.turning.as_ref().map_or_else(|| self.body.deepest_mm(), Turning::deepest_mm)
+    /// How deep the stock can be in it, mm, where that is no more than the resolution: all contact would be told as a touch.
+    fn thin_mm(&self, resolution_mm: f64) -> Option<f64> {
+        let deepest = self.turning.as_ref().map_or_else(|| self.body.deepest_mm(resolution_mm), Turning::deepest_mm);
+        Some(deepest).filter(|deepest| *deepest <= resolution_mm)
     }
 }
 
@@ -391,6 +412,8 @@ struct Route<'a> {
     /// Where each other part touches the uncut workpiece; of cutters nothing is said.
     touching: &'a [Vec<Stretch>],
     pad_mm: f64,
+    /// The first place to which a driven cutter feeds.
+    unround_from: usize,
 }
 
 impl<'a> Route<'a> {
@@ -434,10 +457,32 @@ impl<'a> Route<'a> {
         last
     }
 
-    /// Parts that are there on the way to a place.
+    /// Parts that are there on the way to a place, and asked.
     fn present(&self, at: usize) -> impl Iterator<Item = usize> {
+        let is_unround = at > self.unround_from && !self.works_driven(at);
+        self.mounted(at).filter(move |&other| is_unround || !self.others[other].once_unround)
+    }
+
+    fn mounted(&self, at: usize) -> impl Iterator<Item = usize> {
         let tool = self.path.tool(at);
         (0..self.others.len()).filter(move |&other| self.scene.is_mounted(self.others[other].pair, tool))
+    }
+
+    /// For each cutter in use whether it is driven, on a lathe.
+    fn driven(&self, at: usize) -> impl Iterator<Item = bool> {
+        let others = self.mounted(at).map(|other| &self.others[other]);
+        others.filter(|other| other.role == Role::Cutter).map(|other| other.turning.is_none())
+    }
+
+    /// Whether the workpiece stands because all cutters in use are driven.
+    fn works_driven(&self, at: usize) -> bool {
+        self.driven(at).next().is_some() && self.driven(at).all(|is_driven| is_driven)
+    }
+
+    /// Whether a driven cutter feeds to a place, and something asks.
+    fn cuts_unround(&self, at: usize) -> bool {
+        let asks = self.others.iter().any(|other| other.once_unround);
+        asks && self.path.step(at as f64).kind.is_feed() && self.driven(at).any(|is_driven| is_driven)
     }
 
     fn may_touch(&self, other: usize, from: f64, to: f64) -> bool {
@@ -494,13 +539,16 @@ impl<'a> Route<'a> {
             way.pieces(machine, &first, &last, self.pad_mm, off)
         };
         let count = all.map(pieces).max().unwrap_or(1);
+        let is_stopped = to == 0.0 || self.path.step(to).spindle_rpm == 0.0;
         for index in 0..count {
             let sweeps = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
-                let Other { turning, .. } = &self.others[other];
+                let Other { turning, drawn, .. } = &self.others[other];
                 let piece = self.others[other].way().piece(machine, &first, &last, index, count);
-                let of_body = |body: &Body| match turning {
-                    Some(turning) => of_turning(turning, &piece, chord_mm),
-                    None => body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm),
+                let straight = |body: &Body| body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm);
+                let of_body = |body: &Body| match (turning, drawn) {
+                    (Some(turning), _) => of_turning(turning, &piece, chord_mm),
+                    (None, Some(drawn)) if is_stopped => straight(body).standing(straight(drawn)),
+                    _ => straight(body),
                 };
                 self.others[other].bodies().map(of_body).collect::<Vec<_>>()
             };
@@ -532,6 +580,8 @@ struct Ledger<'a> {
     others: &'a [Other],
     resolution_mm: f64,
     met: Met,
+    /// Per part: how deep the stock can be in what is thin of it, mm.
+    thin: Vec<Option<f64>>,
     /// Per part: index of its last contact.
     last: Vec<Option<usize>>,
     /// Per part: index of its touches, and the move of the last.
@@ -541,7 +591,8 @@ struct Ledger<'a> {
 impl<'a> Ledger<'a> {
     fn new(path: &'a Path<'a>, others: &'a [Other], resolution_mm: f64) -> Self {
         let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
-        Self { path, others, resolution_mm, met: Met::default(), last, touch }
+        let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
+        Self { path, others, resolution_mm, met: Met::default(), thin, last, touch }
     }
 
     fn take(&mut self, batch: &Batch, found: &[Contact]) {
@@ -553,12 +604,9 @@ impl<'a> Ledger<'a> {
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
             let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
-            if is_touch && self.others[other].is_thin(self.resolution_mm) && !matches!(kind, Kind::Unresolved) {
-                // However far it is in, it would be told as a touch.
+            if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > 0.5 * deepest) {
                 let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
-                if contact.depth.high > 0.5 * self.others[other].deepest_mm() {
-                    self.contact(other, Kind::Unresolved, told, &all);
-                }
+                self.contact(other, Kind::Unresolved, told, &all);
             } else if is_touch {
                 self.touch(other, told, contact.depth.high);
             } else {

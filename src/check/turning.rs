@@ -68,7 +68,10 @@ impl Turning {
             (chain, at_first)
         };
         let (mut to_base, mut at_first) = to(axis.base_from_axis);
-        if (at_first * mount.centre).x < 0.0 {
+        // A tool may begin on the other side of the axis. One on the axis has no side there.
+        let x_at = |at: usize| (to_base.stock_from_part(&scene.machine, &path.position(at)) * mount.centre).x;
+        let at_work = feeds_of(scene, path, part).next().map(x_at).filter(|x| x.abs() > ON_AXIS_MM);
+        if at_work.unwrap_or_else(|| x_at(0)) < 0.0 {
             // X leads away from where the tool is.
             let half_turn = UnitQuaternion::from_axis_angle(&Vector::z_axis(), std::f64::consts::PI);
             (to_base, at_first) = to(axis.base_from_axis * half_turn);

@@ -399,6 +399,17 @@ impl TileRun<'_> {
     }
 
     fn depth(&mut self, sweep: &Sweep) -> Depth {
+        let found = self.depth_in(sweep);
+        let Some(drawn) = &sweep.drawn else { return found };
+        if found.high <= self.resolution_mm {
+            return Depth { low: 0.0, ..found };
+        }
+        let drawn = self.depth_in(drawn);
+        let low = if drawn.high > self.resolution_mm { drawn.low.min(found.high) } else { 0.0 };
+        Depth { low, ..found }
+    }
+
+    fn depth_in(&mut self, sweep: &Sweep) -> Depth {
         let search = Search { sweep, within_mm: self.resolution_mm, only_whether: false, uncut: self.uncut };
         self.tile.contact(&search)
     }

@@ -134,6 +134,42 @@ impl Round {
         self.pieces.iter().all(|piece| piece.slack_mm == f64::INFINITY)
     }
 
+    /// How deep a point can be at most, mm: in all of it, and in what is thin of it and stands out of the rest by more than `out_mm`.
+    pub fn deepest_mm(&self, out_mm: f64) -> f64 {
+        let [low, high] = self.span_mm;
+        let whole = self.radius_mm.min(0.5 * (high - low));
+        let is_covered = |thin: &Piece| {
+            let covers = |other: &Piece| {
+                other.wall_mm() > out_mm
+                    && other.span[0] - out_mm <= thin.span[0]
+                    && thin.span[1] <= other.span[1] + out_mm
+            };
+            self.pieces.iter().any(covers)
+        };
+        let of_piece = |piece: &Piece| {
+            let wall = if is_covered(piece) { f64::INFINITY } else { piece.wall_mm() };
+            wall.min(0.5 * self.length_mm(piece, piece.radius - out_mm))
+        };
+        self.pieces.iter().map(of_piece).fold(whole, f64::min)
+    }
+
+    /// The length along the axis of what is connected to a piece and reaches to a radius, mm.
+    fn length_mm(&self, piece: &Piece, radius: f64) -> f64 {
+        let [mut low, mut high] = piece.span;
+        loop {
+            let is_met = |other: &&Piece| {
+                let [from, to] = other.span;
+                other.radius >= radius && from <= high + SAME_HEIGHT_MM && to >= low - SAME_HEIGHT_MM
+            };
+            let met = self.pieces.iter().filter(is_met);
+            let all = met.fold([low, high], |[l, h], other| [l.min(other.span[0]), h.max(other.span[1])]);
+            if all == [low, high] {
+                return high - low;
+            }
+            [low, high] = all;
+        }
+    }
+
     /// As [`Convex::lowest`], over all pieces; `high` is that of the part.
     pub fn least(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Least {
         let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
@@ -173,6 +209,11 @@ impl Round {
 }
 
 impl Piece {
+    /// How deep a point can be below its outer surface, mm: to the axis, or to the middle of its ring.
+    fn wall_mm(&self) -> f64 {
+        self.radius - self.bore.as_ref().map_or(0.0, |bore| bore.middle_mm)
+    }
+
     fn lowest(&self, q: &Vector, travel: &Vector, cube: &Cube) -> Lowest {
         let Some(bore) = &self.bore else {
             let cube = Cube { inside: cube.inside - self.slack_mm, ..*cube };
@@ -712,6 +753,26 @@ mod tests {
         // No border within the solid where the two meet.
         assert!(excess(&slot, 1.0, 6.0) <= -2.9, "{}", excess(&slot, 1.0, 6.0));
         assert!((excess(&slot, 6.0, 7.0) - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_body_is_as_thin_as_what_stands_out_of_it() {
+        let fillet = [[0.0, 0.0], [8.0, 0.0], [8.0, 3.0], [7.0, 3.1], [6.4, 3.3], [6.0, 4.0], [6.0, 40.0], [0.0, 40.0]];
+        for (profile, deepest) in [
+            (&[[0.0, 0.0], [9.0, 0.0], [9.0, 0.8], [0.0, 0.8]][..], 0.4),
+            // A blade on an arbor, a thin drill in a chuck, and a tube of 0.6 mm under a plate.
+            (&[[0.0, 0.0], [9.0, 0.0], [9.0, 0.8], [5.0, 0.8], [5.0, 40.0], [0.0, 40.0]][..], 0.4),
+            (&[[0.0, 0.0], [0.3, 0.0], [0.3, 9.0], [5.0, 9.0], [5.0, 40.0], [0.0, 40.0]][..], 0.3),
+            (&[[8.4, 0.0], [9.0, 0.0], [9.0, 20.0], [0.0, 20.0], [0.0, 14.0], [8.4, 14.0]][..], 0.3),
+            // A rim and a tip that stand out by less than half a millimetre, and the slices of a fillet.
+            (&[[0.0, 0.0], [5.4, 0.0], [5.4, 0.8], [5.0, 0.8], [5.0, 40.0], [0.0, 40.0]][..], 5.4),
+            (&[[0.0, 0.0], [0.3, 0.4], [5.0, 0.4], [5.0, 40.0], [0.0, 40.0]][..], 5.0),
+            (&fillet[..], 8.0),
+        ] {
+            let found = Round::new(&revolve(profile), 0.0).deepest_mm(0.5);
+            let is_near = if deepest < 1.0 { (found - deepest).abs() < 0.05 } else { found > 0.5 };
+            assert!(is_near, "{profile:?}: {found}");
+        }
     }
 
     #[test]

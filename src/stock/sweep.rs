@@ -96,10 +96,10 @@ impl Body {
         matches!(&*self.form, Form::Round(_))
     }
 
-    /// How deep a point can be in it at most, mm.
-    pub fn deepest_mm(&self) -> f64 {
+    /// How deep a point can be in it at most, mm; of a body of revolution, in what is thin of it and stands out of the rest by more than `out_mm`.
+    pub fn deepest_mm(&self, out_mm: f64) -> f64 {
         match &*self.form {
-            Form::Round(Round { radius_mm, span_mm: [low, high], .. }) => radius_mm.min(0.5 * (high - low)),
+            Form::Round(round) => round.deepest_mm(out_mm),
             Form::Rigid(skin) => {
                 let (low, high) = skin.bounds();
                 0.5 * (high - low).min()
@@ -128,7 +128,7 @@ impl Body {
         let way_mm = (last * centre - first * centre).norm() + turn * radius_mm;
         let course = Course::new(&body_from_stock[0], &body_from_stock[1]);
         let way = Way::Chords { form: Arc::clone(&self.form), course };
-        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low, high }
+        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low, high, drawn: None }
     }
 }
 
@@ -207,7 +207,8 @@ impl TurningTool {
         let way = Way::Turned { section: Arc::clone(&self.section), shift, axis_from_stock, ring };
         let everywhere = Vector::repeat(f64::INFINITY);
         let way_mm = travel[0].hypot(travel[1]);
-        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low: (-everywhere).into(), high: everywhere.into() }
+        let (low, high) = ((-everywhere).into(), everywhere.into());
+        Sweep { way, way_mm, pad: pad_mm + ROUNDING_MM, low, high, drawn: None }
     }
 }
 
@@ -221,6 +222,8 @@ pub struct Sweep {
     /// Box around all of it, stock frame, mm.
     pub(super) low: Point,
     pub(super) high: Point,
+    /// Of a body of revolution around a part that stands: the part as drawn. Depth in this alone is certain.
+    pub(super) drawn: Option<Box<Self>>,
 }
 
 #[derive(Clone, Debug)]
@@ -260,7 +263,13 @@ impl Sweep {
                 ring: *ring,
             },
         };
-        Sweep { way, way_mm: self.way_mm * (to - from), ..*self }
+        let drawn = self.drawn.as_ref().map(|drawn| Box::new(drawn.part(from, to)));
+        Sweep { way, way_mm: self.way_mm * (to - from), drawn, ..*self }
+    }
+
+    /// The same of a part that stands, nobody knows at which angle, and that `drawn` shows at one.
+    pub fn standing(self, drawn: Self) -> Self {
+        Self { drawn: Some(Box::new(drawn)), ..self }
     }
 
     /// The part of the way on which the same body is where it is on the way of `cut`, up to rounding, 0 to 1; `None` where there is none of it.

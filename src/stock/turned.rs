@@ -36,7 +36,7 @@ pub(super) struct Turned {
     beside_it: Vec<(f64, Vec<Outline>)>,
     /// The hull of the cutter's outline.
     hull: Option<Convex>,
-    /// Half the lesser extent of the outline, mm.
+    /// Half the least extent of the outline along the normals of its sides, mm.
     deepest: f64,
     /// Corners of the cutter's hull: what widens a plane is convex in the point, so that all others widen it less.
     corners: Vec<Point>,
@@ -102,7 +102,10 @@ impl Turned {
         let beside_it = ends.into_iter().filter(|_| is_known && cuts).filter(is_other).map(|y| (y, section_at(y)));
         let is_large = |(_, pieces): &(f64, Vec<Outline>)| pieces.iter().map(|piece| area(piece)).sum::<f64>() >= least;
         let beside_it = beside_it.filter(is_large).collect();
-        let deepest = 0.5 * (right - left).min(high - low);
+        let width =
+            |HalfPlane { a, b, c }: &HalfPlane| outline.iter().map(|[x, z]| c - a * x - b * z).fold(0.0, f64::max);
+        let widths = hull.iter().flat_map(|hull| &hull.planes).map(width);
+        let deepest = 0.5 * widths.fold(f64::INFINITY, f64::min);
         let corners = match Hull::of(vertices.iter()) {
             Some(Hull::Solid(solid)) => solid.vertices,
             _ => vertices,
@@ -418,6 +421,17 @@ mod tests {
     use proptest::prelude::*;
 
     const HALF_MM: [f64; 3] = [4.0, 2.0, 3.0];
+
+    #[test]
+    fn a_slanted_blade_is_as_thin_as_an_upright_one() {
+        let shape: Shape = toml::from_str("kind = \"rounded-box\"\nsize_mm = [8, 4, 0.6]").unwrap();
+        let mesh = shape.mesh(&Tessellation::default()).unwrap();
+        for turn in [0.0, 0.8, 1.5] {
+            let turn = UnitQuaternion::from_euler_angles(0.0, turn, 0.0);
+            let turned = Turned::new(&mesh, &Isometry::from_parts(Vector::zeros().into(), turn), false);
+            assert!((turned.deepest_mm() - 0.3).abs() < 1e-6, "{}", turned.deepest_mm());
+        }
+    }
 
     proptest! {
         /// Of a box anywhere beside an axis, on any way in x: its points are in the hull, and what the sections hold is passed at that place.

@@ -163,6 +163,34 @@ fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
 }
 
 #[test]
+fn what_stands_in_a_milled_hole_meets_the_bar_when_it_turns() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
+        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape") + "tool = 1\n"
+    };
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0)),
+        &along_x("mill", "cutter", 40.0, &cylinder(6.0, 20.0)),
+        "turns = \"own\"\n",
+        &along_x("arbor", "shank", 60.0, &cylinder(4.0, 20.0)),
+        &part("shank", "slide", "shank", [45.0, 0.0, 60.0], &cuboid([10.0, 4.0, 8.0])),
+        "tool = 2\n",
+    ]
+    .concat();
+    // The bar stands while the mill turns: the arbor is free in the hole.
+    let milled = "T1 M6\nM3 S500\nG0 Z-40\nG1 X-80 F200\nG0 X0\n";
+    for (hole, x, expected) in [
+        (milled, -50, vec![(8, "unresolved")]),
+        (milled, -16, vec![]),
+        ("\n\nG0 Z-40\n\n\n", -50, vec![(8, "collision")]),
+    ] {
+        let told = found(&text, &format!("{hole}T2 M6\nM3 S500\nG0 X{x}\nG0 X0\nM2"));
+        assert_eq!(kinds(&told), expected, "{hole}{x}");
+    }
+}
+
+#[test]
 fn an_insert_turns_about_the_spindle_and_not_about_itself() {
     let text = |x: f64, width: f64| {
         [
@@ -182,6 +210,33 @@ fn an_insert_turns_about_the_spindle_and_not_about_itself() {
     let mut stock = cut.remaining[0].stock.clone();
     assert_eq!(stock.material_at(&Point::new(-1.0, 1.0, 8.0)), Material::Gone);
     assert_eq!(stock.material_at(&Point::new(8.0, 1.0, 8.0)), Material::Solid);
+}
+
+#[test]
+fn a_cutter_that_stands_is_where_it_is_drawn_for_sure_and_maybe_anywhere_it_turns() {
+    let plate = "{ kind = \"extrude\", height_mm = 20, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]], holes = [{ at_mm = [0, 0], radius_mm = 15 }] }";
+    // From 4 to 20 mm on one side of the spindle's axis: 8 mm beside the hole's middle it goes through.
+    let bar = "{ kind = \"extrude\", height_mm = 4, outline_mm = [[4, -2], [20, -1], [20, 1], [4, 2]] }";
+    let text = [
+        HEAD,
+        &part("plate", "", "workpiece", [0.0, 0.0, -40.0], plate),
+        &part("bar", "head", "cutter", [0.0; 3], bar),
+        "turns = \"spindle\"\n",
+        TIP,
+    ]
+    .concat();
+    for (stop, x, kind) in
+        [("M5", -8, "unresolved"), ("M5", 8, "rapid-into-workpiece"), ("", -8, "rapid-into-workpiece")]
+    {
+        let told = found(&text, &format!("M3 S800\nG0 Z1\n{stop}\nG0 X{x}\nG0 Z-45\nM2"));
+        assert_eq!(kinds(&told), [(5, kind)], "{stop} {x}");
+    }
+    // Back boring: with the wrong sign of I the bar goes down beside the hole.
+    for (i, is_certain) in [(-8, false), (8, true)] {
+        let told = found(&text, &format!("M3 S800\nG0 Z1\nG98 G87 X0 Z-45 R-18 I{i} J0 K-36 F50\nG80\nM2"));
+        let certain = kinds(&told).iter().any(|&(_, kind)| kind == "rapid-into-workpiece");
+        assert!(!told.is_clear() && certain == is_certain, "{i}: {:?}", kinds(&told));
+    }
 }
 
 #[test]
@@ -257,19 +312,29 @@ fn a_lathe_without_the_axis_of_its_workpiece_cuts_nothing() {
 
 #[test]
 fn what_is_thinner_than_the_resolution_is_not_free_in_the_stock() {
-    for (radius, resolution_mm, kind) in
-        [(0.05, 0.1, "unresolved"), (1.0, 0.1, "rapid-into-workpiece"), (1.0, 3.0, "unresolved")]
-    {
+    let blade_on =
+        |arbor: &str| format!("{{ kind = \"revolve\", profile_mm = [[0, 0], [8, 0], [8, 0.8], {arbor}[0, 0.8]] }}");
+    let arbor = blade_on("[3, 0.8], [3, 40], [0, 40], ");
+    // The blade is within the block, the arbor above it.
+    let (into, blade_into) = ("Z-15", "Z-5.7");
+    for (shape, to, resolution_mm, kind) in [
+        (cylinder(0.05, 20.0), into, 0.1, "unresolved"),
+        (cylinder(1.0, 20.0), into, 0.1, "rapid-into-workpiece"),
+        (cylinder(1.0, 20.0), into, 3.0, "unresolved"),
+        (blade_on(""), blade_into, 1.0, "unresolved"),
+        (arbor.clone(), blade_into, 1.0, "unresolved"),
+        (arbor, blade_into, 0.1, "rapid-into-workpiece"),
+    ] {
         let text = [
             HEAD,
             &part("block", "", "workpiece", [0.0; 3], &cuboid([20.0, 20.0, 20.0])),
-            &part("cutter", "head", "cutter", [0.0, 0.0, 15.0], &cylinder(radius, 20.0)),
+            &part("cutter", "head", "cutter", [0.0, 0.0, 15.0], &shape),
             NO_TIP,
         ]
         .concat();
         let settings = Settings { cutting: Cutting::At(resolution_mm), ..with_zones(&[]) };
-        let told = checked(&scene(&text, "M3 S1000\nG0 Z-15\nM2"), &settings);
-        assert_eq!(kinds(&told), [(2, kind)], "{radius} {resolution_mm}");
+        let told = checked(&scene(&text, &format!("M3 S1000\nG0 {to}\nM2")), &settings);
+        assert_eq!(kinds(&told), [(2, kind)], "{shape} {resolution_mm}");
     }
 }
 
@@ -458,6 +523,30 @@ fn with_insert(at: [f64; 3], outline: &str) -> String {
     let placed =
         part("insert", "slide", "cutter", at, &insert).replace("] }\nshape", "], rpy_deg = [90, 0, 0] }\nshape");
     [LATHE, &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)), &placed].concat()
+}
+
+#[test]
+fn a_rear_tool_cuts_on_its_side_wherever_the_program_begins() {
+    for side in [1, -1] {
+        for start in [60, -60] {
+            // 17 mm beside the axis at the front, or at the rear.
+            let insert = part("insert", "slide", "cutter", [f64::from(2 * side), 0.0, 2.0], &cuboid([4.0, 2.0, 4.0]));
+            let shank = part("shank", "slide", "shank", [f64::from(34 * side), 0.0, 4.0], &cuboid([60.0, 10.0, 8.0]));
+            let text = [
+                &LATHE.replace("[program]", &format!("[program]\nstart = {{ x_mm = {start}, z_mm = 60 }}")),
+                &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+                &insert,
+                &shank,
+            ]
+            .concat();
+            let cut =
+                format!("M3 S500\nG0 X{}\nG0 X{}\nG1 Z40 F200\nG0 X{} Z45\nG0 Z60\n", 80 * side, 34 * side, 44 * side);
+            let told = found(&text, &format!("{cut}M2"));
+            assert!(told.is_clear(), "{side} {start}: {:?}", told.events);
+            let told = found(&text, &format!("{cut}G0 X{}\nG0 Z30\nM2", 34 * side));
+            assert_eq!(kinds(&told)[0], (8, "rapid-into-workpiece"), "{side} {start}");
+        }
+    }
 }
 
 #[test]
