@@ -533,7 +533,7 @@ fn a_rear_tool_cuts_on_its_side_wherever_the_program_begins() {
             let insert = part("insert", "slide", "cutter", [f64::from(2 * side), 0.0, 2.0], &cuboid([4.0, 2.0, 4.0]));
             let shank = part("shank", "slide", "shank", [f64::from(34 * side), 0.0, 4.0], &cuboid([60.0, 10.0, 8.0]));
             let text = [
-                &LATHE.replace("[program]", &format!("[program]\nstart = {{ x_mm = {start}, z_mm = 60 }}")),
+                LATHE.replace("[program]", &format!("[program]\nstart = {{ x_mm = {start}, z_mm = 60 }}")).as_str(),
                 &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
                 &insert,
                 &shank,
