@@ -8,16 +8,19 @@
 #![allow(clippy::print_stdout, reason = "the long form tells what it covered")]
 
 use bvbench::check::{Cutting, Kind, Outcome, Settings, check};
+use bvbench::geometry::Mesh;
+use bvbench::geometry::shapes::{Shape, Tessellation};
 use bvbench::measure::Silent;
 use bvbench::registry::Registry;
 use bvbench::scene::{Clearances, Overrides, Scene};
-use bvbench::stock::Material;
+use bvbench::stock::{Body, Material, Step, Stock};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 /// Half the sides of the block, its middle at the origin.
 const BLOCK: [f64; 3] = [20.0, 15.0, 10.0];
@@ -349,6 +352,39 @@ fn a_stock_that_is_cut_too_much_or_too_little_is_found_out() {
             !trial.contradictions(&mut trial.run(), other).is_empty()
         });
         assert!(found.count() >= 6, "{change}");
+    }
+}
+
+/// A box of any size, its middle at the origin.
+fn cuboid(size_mm: [f64; 3]) -> Arc<Mesh> {
+    let shape: Shape = toml::from_str(&format!("kind = \"rounded-box\"\nsize_mm = {size_mm:?}")).unwrap();
+    Arc::new(shape.mesh(&Tessellation::default()).unwrap())
+}
+
+/// Faces that are as deep everywhere have no deepest cell, and a way along them has no deepest place.
+#[test]
+fn a_box_that_slides_or_comes_down_on_a_face_is_found_in_it_for_sure_and_soon() {
+    let part = Body::standing(&cuboid([200.0, 80.0, 40.0]));
+    let sweep = |from: [f64; 2], to: [f64; 2]| {
+        let [from, to] = [from, to].map(|[x, z]| Isometry3::translation(x, 0.0, 20.0 + BLOCK[2] - z));
+        part.sweep([&from, &to], 0.0)
+    };
+    // Places along X and depths, mm.
+    let slides = (0..20).map(|k| sweep([f64::from(k), 0.2], [f64::from(k + 1), 0.2])).collect::<Vec<_>>();
+    for (name, sweeps, depth) in [("slide", slides, 0.2), ("plunge", vec![sweep([0.0, -20.0], [0.0, 5.0])], 5.0)] {
+        let mut stock = Stock::new(&cuboid(BLOCK.map(|half| 2.0 * half)), RESOLUTION_MM).unwrap();
+        let steps: Vec<Step> =
+            sweeps.into_iter().map(|sweep| Step { examined: vec![sweep], cutting: Vec::new() }).collect();
+        let found = stock.run(&steps, 0.01);
+        assert_eq!(found.len(), steps.len(), "{name}");
+        for contact in found {
+            assert!(
+                contact.depth.low > 0.0 && contact.depth.low <= depth && depth <= contact.depth.high,
+                "{name}: {contact:?}"
+            );
+        }
+        // What it is to find distances from the mesh counts, too.
+        assert!(stock.questions() < 100_000_000, "{name}: {}", stock.questions());
     }
 }
 

@@ -54,8 +54,8 @@ impl Tangents {
 }
 
 impl Sweep {
-    /// Tangents of the excess over a cube of the stock, of all pieces that reach into it.
-    pub(super) fn tangents(&self, centre: &Point, half: f64) -> Tangents {
+    /// Tangents of the excess over a cube of the stock, of all pieces that reach into it; `asked` as for [`Self::depth`].
+    pub(super) fn tangents(&self, centre: &Point, half: f64, asked: &mut u64) -> Tangents {
         let radius = half * 3f64.sqrt();
         match &self.way {
             Way::Chords { form, course } => {
@@ -70,7 +70,7 @@ impl Sweep {
                         let reaching = all.filter(|(_, found)| found.least.deep - bent < self.pad);
                         reaching.map(|(_, found)| (found.value - bent - self.pad, in_stock(&found.normal))).collect()
                     }
-                    Form::Rigid(_) => vec![(self.depth(centre, half).deep, Vector::zeros())],
+                    Form::Rigid(_) => vec![(self.depth(centre, half, asked).deep, Vector::zeros())],
                 };
                 Tangents { planes, is_turned: false }
             }

@@ -241,6 +241,14 @@ pub(super) enum Way {
     },
 }
 
+/// What is asked of a mesh that does not turn.
+struct SkinSearch<'a> {
+    /// Whether a depth beyond that of a cube that is inside is looked for.
+    is_deepest: bool,
+    /// Distances from the mesh that were found.
+    asked: &'a mut u64,
+}
+
 /// Half the extents of a cube of half a side of 1 across an axis and along it.
 fn ring(axis_from_stock: &Isometry) -> [f64; 2] {
     let corner = |k: u32| {
@@ -349,15 +357,15 @@ impl Sweep {
 
     /// Whether a cube of the stock is inside, outside or neither: a depth beyond that of a cube that is inside is not looked for.
     pub(super) fn side(&self, centre: &Point, half: f64) -> Least {
-        self.least(centre, half, false)
+        self.least(centre, half, SkinSearch { is_deepest: false, asked: &mut 0 })
     }
 
-    /// How deep a cube of the stock comes into the part: minus the depth, mm.
-    pub(super) fn depth(&self, centre: &Point, half: f64) -> Least {
-        self.least(centre, half, true)
+    /// How deep a cube of the stock comes into the part: minus the depth, mm. Adds the distances from a mesh that it finds to `asked`.
+    pub(super) fn depth(&self, centre: &Point, half: f64, asked: &mut u64) -> Least {
+        self.least(centre, half, SkinSearch { is_deepest: true, asked })
     }
 
-    fn least(&self, centre: &Point, half: f64, is_deepest: bool) -> Least {
+    fn least(&self, centre: &Point, half: f64, search: SkinSearch<'_>) -> Least {
         let radius = half * 3f64.sqrt();
         match &self.way {
             Way::Chords { form, course } => {
@@ -366,12 +374,12 @@ impl Sweep {
                 match &**form {
                     Form::Round(round) => {
                         let sure = -(radius + self.pad);
-                        let inside = if is_deepest { f64::NEG_INFINITY } else { sure };
+                        let inside = if search.is_deepest { f64::NEG_INFINITY } else { sure };
                         let cube = Cube { half, radius, axes: course.axes(), inside, outside: self.pad + bent };
                         let found = round.least(&q, &travel, &cube);
                         self.padded(Least { deep: found.deep - bent, ..found })
                     }
-                    Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &q.into(), &travel, radius, is_deepest)),
+                    Form::Rigid(skin) => self.padded(self.least_of_skin(skin, &q.into(), &travel, radius, search)),
                 }
             }
             Way::Turned { section, shift, axis_from_stock, ring } => {
@@ -385,35 +393,42 @@ impl Sweep {
         Least { low: found.low - self.pad, high: found.high + self.pad, deep: found.deep - self.pad }
     }
 
-    /// The distance changes by no more than the point moves, so that its values at both ends of a piece of the way bound it between them. The piece that may be
-    /// deepest is divided, where it would be, until the question is decided (Shubert 1972).
-    fn least_of_skin(&self, skin: &Skin, start: &Point, travel: &Vector, radius: f64, is_deepest: bool) -> Least {
+    /// The distance changes by no more than the point moves, so that its values at both ends of a piece of the way bound it between them. A piece is divided until it
+    /// decides nothing, or is short: beside a cube, or at all (Shubert 1972). Adds the distances that it finds to `asked`.
+    fn least_of_skin(&self, skin: &Skin, start: &Point, travel: &Vector, radius: f64, search: SkinSearch<'_>) -> Least {
+        let SkinSearch { is_deepest, asked } = search;
         let way = travel.norm();
         let beyond = way + radius + self.pad + 1.0;
         // What is farther away is so all along the way.
-        let distance = |at: f64| skin.signed_distance_mm(&(start - travel * at), beyond).min(beyond);
+        let mut distance = |at: f64| {
+            *asked += 1;
+            skin.signed_distance_mm(&(start - travel * at), beyond).min(beyond)
+        };
         let piece = |[from, to]: [f64; 2], ends: [f64; 2]| {
             let low = 0.5 * (ends[0] + ends[1] - (to - from) * way);
             (low.min(ends[0]).min(ends[1]), [from, to], ends)
         };
         let first = distance(0.0);
         let ends = [first, if way > 0.0 { distance(1.0) } else { first }];
-        let (mut high, mut open) = (ends[0].min(ends[1]), vec![piece([0.0, 1.0], ends)]);
-        loop {
-            let least = (0..open.len()).min_by(|&a, &b| open[a].0.total_cmp(&open[b].0)).unwrap_or(0);
-            let (low, [from, to], ends) = open[least];
-            let is_inside = if is_deepest { high - low <= SKIN_PART * -high } else { high <= -(radius + self.pad) };
-            if is_inside || low - radius >= self.pad || (to - from) * way <= SKIN_STEP_MM {
-                return Least { low, high, deep: low - radius };
+        let (mut low, mut high, mut open) = (f64::INFINITY, ends[0].min(ends[1]), vec![piece([0.0, 1.0], ends)]);
+        while let Some((bound, [from, to], ends)) = open.pop() {
+            let is_inside = if is_deepest { high - bound <= SKIN_PART * -high } else { high <= -(radius + self.pad) };
+            let is_short = (to - from) * way <= SKIN_STEP_MM.max(0.5 * radius);
+            if is_inside || is_short || bound - radius >= self.pad || bound >= low {
+                low = low.min(bound);
+                continue;
             }
             // Where the bounds from both ends meet, but not next to an end.
             let meet = f64::midpoint(from, to) + 0.5 * (ends[0] - ends[1]) / way;
             let inset = 0.1 * (to - from);
             let at = meet.clamp(from + inset, to - inset);
             let middle = distance(at);
-            open[least] = piece([from, at], [ends[0], middle]);
-            open.push(piece([at, to], [middle, ends[1]]));
             high = high.min(middle);
+            let halves = [piece([from, at], [ends[0], middle]), piece([at, to], [middle, ends[1]])];
+            // The one that may be deeper is next.
+            let [one, other] = halves;
+            open.extend(if one.0 < other.0 { [other, one] } else { [one, other] });
         }
+        Least { low, high, deep: low - radius }
     }
 }

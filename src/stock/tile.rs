@@ -55,7 +55,7 @@ pub(super) struct Search<'a> {
 
 impl Search<'_> {
     fn is_answered(&self, depth: &Depth) -> bool {
-        self.only_whether && depth.high > self.within_mm
+        self.only_whether && depth.high.max(depth.low) > self.within_mm
     }
 }
 
@@ -63,14 +63,14 @@ impl Search<'_> {
 const MOST_TRACED: usize = 512;
 /// Part of a depth to which its bounds need not be nearer to one another.
 const CLOSE_PART: f64 = 0.05;
-/// Cells that a question of depth in a mesh asks before a certain depth of half the greatest one is enough: faces that are as deep everywhere have no deepest
-/// cell, and each cell costs a search of the mesh.
-const LONG: u64 = 1_000;
-/// Cells that it asks before what is not decided counts as contact.
-const TOO_LONG: u64 = 10_000;
-/// Cells of a tile that all such questions ask before `LONG` and `TOO_LONG` are [`SHORT`].
-const PATIENCE: u64 = 20_000;
-const SHORT: u64 = 200;
+/// Questions, cells and distances from the mesh, that one of depth in a mesh asks before a certain depth of half the greatest one is enough: faces that are as deep
+/// everywhere have no deepest cell, and each cell costs a search of the mesh.
+const LONG: u64 = 10_000;
+/// Questions before what is not decided counts as contact.
+const TOO_LONG: u64 = 100_000;
+/// Questions of a tile that all such questions ask before `LONG` and `TOO_LONG` are [`SHORT`].
+const PATIENCE: u64 = 200_000;
+const SHORT: u64 = 2_000;
 
 /// What is known of the material at a point or in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,13 +99,13 @@ pub(super) struct Tile {
     free_lists: Vec<u32>,
     /// What has cut here.
     sweeps: Vec<Sweep>,
-    /// Cells that were held against something.
+    /// Cells that were held against something, and distances from meshes that this took.
     questions: u64,
     /// What that was when the present question of depth began.
     begun: u64,
-    /// Cells that it may ask until half the depth is enough, and at most.
+    /// Questions that it may ask until half the depth is enough, and at most.
     limits: [u64; 2],
-    /// Cells that were held against meshes that do not turn, to find a depth.
+    /// Questions that depths in meshes that do not turn took.
     of_meshes: u64,
 }
 
@@ -374,7 +374,7 @@ impl Tile {
             false => [u64::MAX; 2],
         };
         if !self.is_gone() {
-            let found = search.sweep.depth(&cube.centre, cube.half);
+            let found = search.sweep.depth(&cube.centre, cube.half, &mut self.questions);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
             let is_vague = search.sweep.is_vague();
             let search = Search { only_whether: search.only_whether || is_vague, ..*search };
@@ -430,13 +430,19 @@ impl Tile {
         };
         let child = |tile: &Self, index: u32| first.map_or(SOLID, |first| tile.cells[(first + index) as usize]);
         self.questions += u64::from(cube.fan());
-        // The deepest first: it makes most of the others needless.
+        let mut asked = 0;
+        // The deepest first: it makes most of the others needless. What is certain of the solid ones makes more so.
         let mut order: [(u32, Option<Least>); 8] = std::array::from_fn(|index| {
             let index = index as u32;
-            let is_gone = index >= cube.fan() || matches!(child(self, index), OUTSIDE | CUT);
-            let place = cube.child(index);
-            (index, (!is_gone).then(|| search.sweep.depth(&place.centre, place.half)))
+            let (state, place) = (child(self, index), cube.child(index));
+            let is_gone = index >= cube.fan() || matches!(state, OUTSIDE | CUT);
+            let found = (!is_gone).then(|| search.sweep.depth(&place.centre, place.half, &mut asked));
+            if let Some(found) = found.filter(|found| state == SOLID && -found.deep > within) {
+                depth.low = depth.low.max(-found.high);
+            }
+            (index, found)
         });
+        self.questions += asked;
         order.sort_by(|a, b| a.1.map_or(0.0, |l| l.deep).total_cmp(&b.1.map_or(0.0, |l| l.deep)));
         for (index, found) in order {
             let Some(found) = found else { continue };
@@ -452,7 +458,7 @@ impl Tile {
     fn left(&mut self, cell: Cell, cube: &Cube, search: &Search<'_>) -> f64 {
         let cuts = &self.lists[(cell & !UNDIVIDED) as usize].sweeps;
         self.questions += cuts.len() as u64;
-        let tangents = search.sweep.tangents(&cube.centre, cube.half);
+        let tangents = search.sweep.tangents(&cube.centre, cube.half, &mut self.questions);
         let mut least = f64::INFINITY;
         // What moves is most often where it has cut last.
         for &cut in cuts.iter().rev() {
