@@ -402,7 +402,7 @@ fn tool_without_part(tool: &u32) -> String {
 }
 
 /// What the answer says nothing about, a line each.
-fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+pub(super) fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let Part { name, turns, .. } = &scene.parts[part];
         let why = match turns {
