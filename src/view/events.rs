@@ -51,7 +51,7 @@ pub(super) fn faults(scene: &Scene, path: &Path, motion: &Motion, outcome: &Outc
     let tools = without_parts(path, &outcome.tools_without_parts).into_iter().map(|(tool, places)| {
         let text = match tool {
             0 => "the program feeds with no tool in the spindle".to_owned(),
-            tool => format!("tool {tool} has no part in the scene"),
+            tool => format!("tool {tool} has no part in the scene, or only a holder"),
         };
         fault("tool-without-part", places, text)
     });
