@@ -95,6 +95,24 @@ fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
     assert_eq!(data["variants"][0]["trees"][0]["levels"].as_array().unwrap().len(), 2);
 }
 
+#[test]
+fn the_page_has_whatever_fails_the_check() {
+    let folder = Folder::with(&[("scene.toml", SCENE), ("blow.ngc", "T7 M6\nG0 X-60\nG1 X-120 F6000\nG1 X-90\nM2\n")]);
+    assert_eq!(folder.run(&["check", ".", "--quiet"]).status.code(), Some(1));
+    let output = folder.run(&["view", ".", "--out", "blow.html", "--quiet"]);
+    assert!(output.status.success(), "{output:?}");
+    let data = data(&std::fs::read_to_string(folder.path("blow.html")).unwrap());
+    let faults = data["faults"].as_array().unwrap();
+    let told: Vec<_> = faults.iter().map(|fault| (fault["kind"].as_str().unwrap(), fault["line"].as_u64())).collect();
+    assert_eq!(told, [("over-travel", Some(3)), ("tool-without-part", Some(1))]);
+    let place = |fault: usize, name: &str| faults[fault][name].as_f64().unwrap();
+    assert!(faults[0]["text"].as_str().unwrap().contains("axis X at -120 mm"), "{faults:?}");
+    assert!(place(0, "first") < place(0, "last"), "{faults:?}");
+    assert_eq!(place(1, "last") + 1.0, data["program"]["keys"].as_f64().unwrap());
+    let notes = data["notes"].as_array().unwrap();
+    assert!(notes.iter().any(|note| note.as_str().unwrap().contains("tool 7")), "{notes:?}");
+}
+
 /// A bit that turns 20 mm from the spindle's axis, and a pin on the other side of the axis, out of reach of the bit as drawn.
 const TURNED: &str = r#"
 title = "a bit and a pin"

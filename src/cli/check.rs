@@ -397,12 +397,12 @@ fn found(collisions: usize, outcome: &Outcome) -> String {
 fn tool_without_part(tool: &u32) -> String {
     match tool {
         0 => "not examined: the tool with which the program feeds, for none is in the spindle; `tool` in [program] of scene.toml says which is there at first".to_owned(),
-        tool => format!("not examined: tool {tool}, which has no part in the scene"),
+        tool => format!("not examined: tool {tool}, which has no part in the scene, or only a holder"),
     }
 }
 
 /// What the answer says nothing about, a line each.
-fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+pub(super) fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let Part { name, turns, .. } = &scene.parts[part];
         let why = match turns {

@@ -58,6 +58,7 @@ fn inset(name: &str, manifest: &Manifest, registry: &Registry) -> Option<Inset> 
         levels: LEVELS,
         up: view::upright(&scene),
         settings: Settings::standard(),
+        notes: check::not_examined,
     };
     let data = view::gather(&scene, scene.program.as_ref(), &choice, &Silent).ok()?;
     Some(Inset { title: scene.name.clone(), html: framed(&view::page(&data)) })

@@ -65,6 +65,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         levels: options.levels,
         up: options.up.map_or_else(|| view::upright(&scene), Into::into),
         settings: Settings::standard(),
+        notes: check::not_examined,
     };
     let bar = Bar::new(options.quiet);
     let data = view::gather(&scene, program.as_ref(), &choice, &bar);

@@ -24,6 +24,9 @@ pub struct ViewData {
     program: Option<ProgramData>,
     path: Option<ToolPath>,
     pub(super) events: Vec<EventData>,
+    pub(super) faults: Vec<FaultData>,
+    /// What `check` says nothing about, a line each.
+    pub(super) notes: Vec<String>,
     pub(super) distances: Distances,
     pub(super) variants: Vec<DrawnVariant>,
 }
@@ -118,6 +121,17 @@ pub(super) struct EventData {
     pub inside: bool,
     pub to_the_end: bool,
     pub contacts: Vec<Contact>,
+}
+
+/// What makes a check fail and is of no pair; places are in keys.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct FaultData {
+    /// `over-travel` or `tool-without-part`.
+    pub kind: &'static str,
+    pub line: u32,
+    pub first: f64,
+    pub last: f64,
+    pub text: String,
 }
 
 /// The triangles of a collision at one key, in the frame of its first part.
@@ -215,6 +229,8 @@ impl ViewData {
             program: None,
             path: None,
             events: Vec::new(),
+            faults: Vec::new(),
+            notes: Vec::new(),
             distances: Distances::default(),
             variants: Vec::new(),
         }

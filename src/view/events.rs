@@ -1,7 +1,7 @@
 //! What `check` found, for the page: events at keys, and of collisions the triangles that touch and the lines along which they cut.
 
 use super::Models;
-use super::data::{Contact, EventData};
+use super::data::{Contact, EventData, FaultData};
 use super::motion::Motion;
 use super::pack::Packed;
 use crate::check::{Event, Kind, Outcome, Path};
@@ -9,6 +9,7 @@ use crate::geometry::{Isometry, Point, Triangle};
 use crate::method::Model;
 use crate::scene::{Pair, Scene};
 use rayon::prelude::*;
+use rs274::{Axis, Sample};
 
 /// Poses of a collision at which its triangles are found, the first contact among them.
 const POSES: usize = 16;
@@ -27,6 +28,47 @@ pub(super) fn all(scene: &Scene, path: &Path, motion: &Motion, outcome: &Outcome
         .collect();
     contacts.reverse();
     outcome.events.iter().map(|event| of(event, motion, &mut contacts)).collect()
+}
+
+/// What is of no pair: each line on which an axis is beyond its limits, and each time that a tool without a part is in the spindle.
+pub(super) fn faults(scene: &Scene, path: &Path, motion: &Motion, outcome: &Outcome) -> Vec<FaultData> {
+    let fault = |kind, [first, last]: [usize; 2], text: String| FaultData {
+        kind,
+        line: path.line_at(first as f64),
+        first: motion.key_at(first as f64),
+        last: motion.key_at(last as f64),
+        text,
+    };
+    let over = outcome.over_travel.iter().map(|over| {
+        let axis = Axis::from_letter(over.cause.axis);
+        let is_beyond = |sample: &&Sample| {
+            sample.line == over.line
+                && axis.is_some_and(|axis| scene.machine.check_axis(axis, &sample.position).is_err())
+        };
+        let behind = path.samples().iter().skip(over.place).take_while(is_beyond).count();
+        fault("over-travel", [over.place, over.place + behind], over.cause.to_string())
+    });
+    let tools = without_parts(path, &outcome.tools_without_parts).into_iter().map(|(tool, places)| {
+        let text = match tool {
+            0 => "the program feeds with no tool in the spindle".to_owned(),
+            tool => format!("tool {tool} has no part in the scene, or only a holder"),
+        };
+        fault("tool-without-part", places, text)
+    });
+    over.chain(tools).collect()
+}
+
+/// First and last place of each time that one of these tools is in the spindle; without a tool, from the first feed on.
+fn without_parts(path: &Path, tools: &[u32]) -> Vec<(u32, [usize; 2])> {
+    let (mut found, mut begin) = (Vec::new(), 1);
+    while begin <= path.samples().len() {
+        let tool = path.tool(begin);
+        let end = begin + (begin..=path.samples().len()).take_while(|&place| path.tool(place) == tool).count();
+        let first = (begin..end).find(|&place| tool != 0 || path.step(place as f64).kind.is_feed());
+        found.extend(first.filter(|_| tools.contains(&tool)).map(|first| (tool, [first, end - 1])));
+        begin = end;
+    }
+    found
 }
 
 /// `contacts` holds those of the collisions that are still to come, the next one last.

@@ -47,6 +47,8 @@ pub struct Choice<'a> {
     pub up: Up,
     /// Zones and tolerance of `check`.
     pub settings: Settings,
+    /// What the check says nothing about, a line each.
+    pub notes: fn(&Scene, &Outcome) -> Vec<String>,
 }
 
 /// Most levels of a tree that a page may hold: 2¹² volumes of each part are more than an eye can tell apart.
@@ -98,6 +100,8 @@ pub fn gather(
         progress.begin("finding the nearest pair", path.samples().len() as u64);
         data.distances = distances::along(scene, &path, &motion, &outcome, &models, progress);
         data.events = events::all(scene, &path, &motion, &outcome, &models);
+        data.faults = events::faults(scene, &path, &motion, &outcome);
+        data.notes = (choice.notes)(scene, &outcome);
     }
     progress.begin("drawing trees", (choice.variants.len() * scene.parts.len()) as u64);
     for &variant in &choice.variants {

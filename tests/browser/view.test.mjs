@@ -259,6 +259,19 @@ test("lines, the strip and the keys lead through the program", async () => {
   await page.context().close();
 });
 
+test("what fails the check without a collision is a fault", async () => {
+  const [program, out] = ["no-tool.ngc", "no-tool.html"].map(pagePath);
+  writeFileSync(program, "T99 M6\nG0 G53 Z490\nM2\n");
+  bvbench("view", "mill-vise", program, "--quiet", "--out", out);
+  const { page, faults } = await openView(out);
+  const end = await ask(page, () => window.bvbench[0].go(1e9));
+  assert.deepEqual([end.state, end.text], ["fault", "tool 99 has no part in the scene, or only a holder"]);
+  assert.match(await page.locator(".bv-events summary").textContent(), /1 other fault/);
+  assert.ok((await page.locator(".bv-note").allTextContents()).some((note) => note.includes("tool 99")));
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
 test("trees come and go, level by level, and side by side", async () => {
   const { page, faults } = await openView(mill.path);
   await ask(page, () => {

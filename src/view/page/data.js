@@ -13,6 +13,7 @@
  * @typedef {{ key: number, pairs: number, a: string, b: string, at: Vec3 | null, lines: string }} Contact
  * @typedef {{ kind: string, zone_mm: number | null, pair: [number, number], first: number, last: number, nearest: number, line: number,
  *   last_line: number, time_s: number, least_mm: number, inside: boolean, to_the_end: boolean, contacts: Contact[] }} ViewEvent
+ * @typedef {{ kind: string, line: number, first: number, last: number, text: string }} Fault
  * @typedef {{ pairs: [number, number][], farthest_mm: number, keys: string, mm: string, nearest: string }} Distances
  * @typedef {{ nodes: number, volume_mm3: number, leaking: number, outside: number }} Level
  * @typedef {{ kind: "images", weights: string, edges: string, faces: string, frames: string } |
@@ -20,7 +21,7 @@
  * @typedef {{ part: number, levels: Level[], low: Vec3, step: Vec3, level_of: string, flags: string, shapes: Shapes }} Tree
  * @typedef {{ id: string, label: string, safe: boolean, trees: Tree[] }} VariantData
  * @typedef {{ format: string, name: string, title: string, description: string, provenance: string, up: "y" | "z", links: Link[],
- *   parts: PartData[], program: Program | null, path: { work: number | null, tips: Tip[] } | null, events: ViewEvent[], distances: Distances, variants: VariantData[] }} ViewData
+ *   parts: PartData[], program: Program | null, path: { work: number | null, tips: Tip[] } | null, events: ViewEvent[], faults: Fault[], notes: string[], distances: Distances, variants: VariantData[] }} ViewData
  */
 
 const AXIS_LETTERS = "XYZABCUVW";

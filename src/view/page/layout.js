@@ -51,7 +51,7 @@ function layOut(view) {
   const side = make("aside", { class: "bv-side" });
   if (data.program) side.append(operator.element);
   side.append(treePanel.element, partsPanel(data, view.showing, () => view.refresh()));
-  if (data.program) side.append(eventsPanel(data, (event) => view.visit(event)), program.element);
+  if (data.program) side.append(eventsPanel(data, (event) => view.visit(event), (fault) => view.goToFault(fault)), program.element);
   view.root.append(stage, transport, side);
   return { canvas, over, banner, help, toggles, play, rate, stop, timeline, operator, treePanel, program };
 }

@@ -179,8 +179,13 @@ function partsPanel(data, showing, changed) {
   return make("details", { class: "bv-parts" }, make("summary", {}, `Parts (${rows.length})`), ...rows);
 }
 
-/** Collisions, then near misses. @param {ViewData} data @param {(event: ViewEvent) => void} go */
-function eventsPanel(data, go) {
+/** What else makes the check fail, collisions, near misses, then what is not examined.
+ * @param {ViewData} data @param {(event: ViewEvent) => void} go @param {(fault: Fault) => void} goToFault */
+function eventsPanel(data, go, goToFault) {
+  const faults = data.faults.map((fault) =>
+    make("button", { class: "bv-event", "data-kind": "collision", click: () => goToFault(fault) },
+      make("b", {}, `line ${fault.line}`), make("span", {}, `${fault.kind.replaceAll("-", " ")}: ${fault.text}`)),
+  );
   const rank = (/** @type {ViewEvent} */ event) => (isCollision(event) ? 0 : 1);
   const sorted = [...data.events].sort((p, q) => rank(p) - rank(q) || p.first - q.first);
   const rows = sorted.map((event) => {
@@ -190,8 +195,11 @@ function eventsPanel(data, go) {
       make("b", {}, `line ${event.line}`), make("span", {}, `${what}: ${pairName(data, event.pair)}`), make("small", {}, least));
   });
   const collisions = data.events.filter(isCollision).length;
-  const title = `Events: ${collisions} collision${collisions === 1 ? "" : "s"}, ${data.events.length - collisions} near`;
-  return make("details", { class: "bv-events", open: rows.length > 0 && rows.length < 12 }, make("summary", {}, title), ...rows);
+  const others = faults.length > 0 ? `, ${faults.length} other fault${faults.length === 1 ? "" : "s"}` : "";
+  const title = `Events: ${collisions} collision${collisions === 1 ? "" : "s"}${others}, ${data.events.length - collisions} near`;
+  const notes = data.notes.map((note) => make("p", { class: "bv-note" }, note));
+  const count = faults.length + rows.length;
+  return make("details", { class: "bv-events", open: count > 0 && count < 12 }, make("summary", {}, title), ...faults, ...rows, ...notes);
 }
 
 /** Height of a line of the program, pixels; the style says the same. */
@@ -213,6 +221,7 @@ class ProgramList {
         else if (run.line === event.line || !event.to_the_end) this.marks.set(run.line, "collision");
       }
     }
+    for (const fault of data.faults) this.marks.set(fault.line, "collision");
     this.current = 0;
     this.rows = make("div", { class: "bv-rows" });
     this.rows.style.height = `${this.lines.length * LINE_HEIGHT}px`;

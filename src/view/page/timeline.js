@@ -5,13 +5,19 @@
 /** The nearest pair along the path. */
 class Nearness {
   /** @param {ViewData} data */
-  constructor({ distances, events }) {
+  constructor({ distances, events, faults }) {
     this.pairs = distances.pairs;
     this.farthest = distances.farthest_mm;
     this.keys = f32(distances.keys);
     this.mm = f32(distances.mm);
     this.nearest = u32(distances.nearest);
     this.events = events;
+    this.faults = faults;
+  }
+
+  /** What makes the check fail there and is of no pair. @param {number} place */
+  faultsAt(place) {
+    return this.faults.filter((fault) => place >= fault.first - 1e-4 && place <= fault.last + 1e-4);
   }
 
   /** Collisions, and nearness in its narrowest zone, at a place. @param {number} place */
@@ -94,12 +100,12 @@ class Timeline {
     const ctx = /** @type {CanvasRenderingContext2D} */ (strip.getContext("2d"));
     ctx.scale(devicePixelRatio, devicePixelRatio);
     const colour = (/** @type {string} */ name) => style.getPropertyValue(name);
-    const band = (/** @type {ViewEvent} */ event, /** @type {number} */ least) => {
+    const band = (/** @type {{ first: number, last: number, to_the_end: boolean }} */ event, /** @type {number} */ least) => {
       const from = this.at(event.first) * width;
       const to = (event.to_the_end ? 1 : this.at(event.last)) * width;
       ctx.fillRect(from, 0, Math.max(to - from, least), height);
     };
-    const { events, keys, mm } = this.nearness;
+    const { events, faults, keys, mm } = this.nearness;
     ctx.fillStyle = colour("--near-band");
     for (const event of events) if (!isCollision(event)) band(event, 1);
     // The square root of the distance, so that the last millimetres show.
@@ -118,6 +124,7 @@ class Timeline {
     if (keys.length > 0) ctx.stroke();
     ctx.fillStyle = colour("--collision");
     for (const event of events) if (isCollision(event)) band(event, 3);
+    for (const fault of faults) band({ ...fault, to_the_end: false }, 3);
     return strip;
   }
 }

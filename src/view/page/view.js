@@ -1,7 +1,7 @@
 // @ts-check
 // The viewer: what is shown, what plays, and who may ask (`window.bvbench`, docs/view.md).
 
-/** @typedef {{ state: "clear" | "near" | "collision", text: string }} Status */
+/** @typedef {{ state: "clear" | "near" | "fault" | "collision", text: string }} Status */
 
 /** Speeds, times that of the machine. */
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
@@ -115,6 +115,12 @@ class View {
   goToEvent(event) {
     this.pause();
     this.go(isCollision(event) ? event.first : event.nearest);
+  }
+
+  /** @param {Fault} fault */
+  goToFault(fault) {
+    this.pause();
+    this.go(fault.first);
   }
 
   /** To the end of the next line, or of the last one. @param {number} by 1 or -1 */
@@ -358,6 +364,8 @@ class View {
     if (colliding.length > 0) {
       return { state: "collision", text: colliding.map((event) => pairName(this.data, event.pair)).join("; ") };
     }
+    const faults = this.nearness.faultsAt(this.showing.place);
+    if (faults.length > 0) return { state: "fault", text: faults.map((fault) => fault.text).join("; ") };
     const text = nearest ? `${nearest.mm.toFixed(2)} mm: ${pairName(this.data, nearest.pair)}` : this.nearness.keys.length > 0 ? `more than ${this.nearness.farthest} mm to anything` : "";
     return { state: near.length > 0 ? "near" : "clear", text };
   }
