@@ -104,6 +104,40 @@ def test_meshes_come_back_and_other_objects_will_do():
     assert "12 faces" in repr(collider) and "8 vertices" in repr(mesh) and collider.bytes > 0
 
 
+def fields_of_packed_records(array):
+    records = np.zeros(len(array), dtype=[("before", np.uint8), ("it", array.dtype, array.shape[1:]), ("after", np.uint16)])
+    records["it"] = array
+    return records["it"]
+
+
+def at_an_odd_offset(array):
+    return np.frombuffer(b"\0" + array.tobytes() + b"\0", array.dtype, array.size, 1).reshape(array.shape)
+
+
+def every_second(array):
+    return np.repeat(array, 2, axis=0)[::2]
+
+
+@pytest.mark.parametrize("view", [fields_of_packed_records, at_an_odd_offset, every_second])
+def test_views_are_read_as_their_copies_are(view):
+    random = np.random.default_rng(2)
+    mesh, poses = sphere(2, 9), np.array([turned(random, 3) for _ in range(40)])
+    for dtype in (np.int64, np.uint32, np.int32):
+        seen = obbtree.Mesh(view(mesh.vertices), view(mesh.faces.astype(dtype)))
+        np.testing.assert_array_equal(seen.vertices, mesh.vertices)
+        np.testing.assert_array_equal(seen.faces, mesh.faces)
+    a, b = obbtree.Collider(mesh), obbtree.Collider(cuboid())
+    expected = a.distance_each(b, poses)[0]
+    assert 5 < np.count_nonzero(expected) < 35
+    np.testing.assert_array_equal(a.distance_each(b, view(poses))[0], expected)
+    np.testing.assert_array_equal([a.distance(b, view(pose)).distance for pose in poses], expected)
+    np.testing.assert_array_equal([a.distance(b, pose).distance for pose in view(poses)], expected)
+    manager = obbtree.Manager()
+    manager.insert("a", a)
+    manager.insert("b", b)
+    np.testing.assert_array_equal(manager.collides_each(["b"], view(poses[:, None])), expected == 0)
+
+
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
