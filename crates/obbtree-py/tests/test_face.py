@@ -1,5 +1,7 @@
-"""The face against numpy: brute force over triangles, shapes of what comes back, errors, threads."""
+"""The face against numpy: brute force over triangles, shapes of what comes back, errors, threads, forks."""
 
+import os
+import signal
 import sys
 import threading
 import time
@@ -225,3 +227,59 @@ def test_a_path_that_makes_a_tree_lets_other_threads_run():
     bytes_before = fine.bytes
     assert ticks_during(lambda: obbtree.Path(fine, large)) > 5
     assert fine.bytes > bytes_before
+
+
+def ends_in_a_child(work):
+    """Whether a forked child is through with its work within 30 s."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return status == 0
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return False
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_child_builds_and_asks():
+    a, large = obbtree.Collider(sphere(1, 20)), obbtree.Collider(cuboid(1e4, 1e4, 1e4))
+    poses = np.array([at(0.02 * i) for i in range(200)])
+    expected, manager = a.collides_each(a, poses), obbtree.Manager()
+    manager.insert("a", a)
+    manager.insert("b", a)
+
+    def build():
+        assert obbtree.Collider(sphere(1, 20)).collides(a)
+
+    def each():
+        np.testing.assert_array_equal(a.collides_each(a, poses), expected)
+        assert np.all(a.distance_each(a, poses)[0][expected] == 0)
+        np.testing.assert_array_equal(manager.collides_each(["b"], poses[:, None]), expected)
+
+    def coarser():
+        assert not a.collides(large) and obbtree.Path(a, large).distance(np.eye(4)).distance > 4998
+
+    def in_threads():
+        each()
+        threads = [threading.Thread(target=work) for work in (build, each, each)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+
+    def again():
+        each()
+        assert ends_in_a_child(each)
+
+    for work in (build, each, coarser, in_threads, again):
+        assert ends_in_a_child(work), work.__name__
+    each()
