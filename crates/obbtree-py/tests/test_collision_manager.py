@@ -1,5 +1,6 @@
 """What trimesh's own tests do not ask of the manager that stands in for its own."""
 
+import itertools
 import sys
 
 import numpy as np
@@ -112,6 +113,24 @@ def test_transforms_may_scale():
     assert manager.min_distance_single(probe, at(4)) == pytest.approx(2.0)
     manager.set_transform("cube", np.diag([1.0, 1.0, -2.0, 1.0]))
     assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
+
+
+def test_transforms_have_the_last_row_of_one():
+    manager, box = obbtree.CollisionManager(), trimesh.creation.box()
+    manager.add_object("box", box)
+    # Translations of row vectors, and a weight.
+    last_rows = [[100, 0, 0, 1], [0, 0, 1e-9, 1], [0, 0, 0, 5], [0, 0, 0, np.nan]]
+    for scale, last_row in itertools.product((1.0, 25.4), last_rows):
+        transform = np.diag([scale, scale, scale, 1.0])
+        transform[3] = last_row
+        for ask in (
+            lambda: manager.add_object("other", box, transform),
+            lambda: manager.set_transform("box", transform),
+            lambda: manager.in_collision_single(box, transform),
+            lambda: manager.min_distance_single(box, transform),
+        ):
+            with pytest.raises(ValueError, match="last row"):
+                ask()
 
 
 def test_a_mirrored_mesh_is_as_one_that_was_mirrored_before():

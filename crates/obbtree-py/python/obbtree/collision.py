@@ -314,6 +314,8 @@ def _matrix(transform: ArrayLike | None) -> Vector:
     matrix = np.eye(4) if transform is None else np.array(transform, dtype=np.float64)
     if matrix.shape != (4, 4):
         raise ValueError("transform must be (4,4)!")
+    if not np.array_equal(matrix[3], [0.0, 0.0, 0.0, 1.0]):
+        raise ValueError("the transform's last row is not 0 0 0 1; points are columns, so that a translation is in the last column")
     return matrix
 
 
