@@ -115,6 +115,31 @@ def test_transforms_may_scale():
     assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
 
 
+def test_small_scales_and_shears_are_done_to_the_mesh():
+    # The end of a bar moves by 5e-3 k along x or y; a wall stands on either side of where it comes to.
+    bar, wall = trimesh.creation.box(extents=[10000, 10, 10]), trimesh.creation.box(extents=[50, 50, 50])
+    for k, axis in itertools.product((1, 2, 4, 6, 40), (0, 1)):
+        transform = np.eye(4)
+        transform[axis, 0] += k * 1e-6
+        before = bar.copy()
+        before.apply_transform(transform)
+        one, other = obbtree.CollisionManager(), obbtree.CollisionManager()
+        one.add_object("bar", bar, transform)
+        other.add_object("bar", before)
+        for gap, hit in ((0.6, False), (-0.1, True)):
+            pose = at(5000)
+            pose[axis, 3] = before.bounds[1][axis] + 25 + gap * 5e-3 * k
+            assert one.in_collision_single(wall, pose) is other.in_collision_single(wall, pose) is hit
+            assert one.min_distance_single(wall, pose) == pytest.approx(other.min_distance_single(wall, pose), abs=1e-9)
+    # What single precision leaves of a rotation makes no tree.
+    manager, random = obbtree.CollisionManager(), np.random.default_rng(4)
+    bar_object = manager.add_object("bar", bar)
+    collider = bar_object.collider
+    for _ in range(100):
+        manager.set_transform("bar", turned(random, 1.0).astype(np.float32))
+        assert bar_object.collider is collider
+
+
 def test_transforms_have_the_last_row_of_one():
     manager, box = obbtree.CollisionManager(), trimesh.creation.box()
     manager.add_object("box", box)

@@ -22,6 +22,8 @@ EXTERNAL = "__external"
 CONTACTS_PER_PAIR = 100_000
 # Meshes whose trees are kept for when they come again.
 KEPT = 64
+# How far from orthogonal the rotation R of a rigid transform may be, as max|RᵀR - I|: a few roundings to single precision.
+RIGID = 1e-6
 
 Vector = NDArray[np.float64]
 Names = tuple[Any, Any]
@@ -321,7 +323,7 @@ def _matrix(transform: ArrayLike | None) -> Vector:
 
 def _is_rigid(matrix: Vector) -> bool:
     linear = matrix[:3, :3]
-    return bool(np.abs(linear.T @ linear - np.eye(3)).max() < 1e-5 and np.linalg.det(linear) > 0.0)
+    return bool(np.abs(linear.T @ linear - np.eye(3)).max() < RIGID and np.linalg.det(linear) > 0.0)
 
 
 def _pose(matrix: Vector) -> Vector:
