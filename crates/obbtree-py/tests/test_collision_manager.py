@@ -115,6 +115,19 @@ def test_transforms_may_scale():
     assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
 
 
+def test_later_changes_of_a_mesh_do_not_count():
+    probe = trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    for first in (np.eye(4), np.diag([3.0, 1.0, 1.0, 1.0])):
+        manager, box = obbtree.CollisionManager(), trimesh.creation.box()
+        manager.add_object("box", box, first)
+        box.apply_translation([50, 0, 0])
+        box.faces = box.faces[:4]
+        for transform in (at(0.1), np.diag([2.0, 1.0, 1.0, 1.0]), at()):
+            manager.set_transform("box", transform)
+            # A solid that holds the probe, where it was.
+            assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
+
+
 def test_small_scales_and_shears_are_done_to_the_mesh():
     # The end of a bar moves by 5e-3 k along x or y; a wall stands on either side of where it comes to.
     bar, wall = trimesh.creation.box(extents=[10000, 10, 10]), trimesh.creation.box(extents=[50, 50, 50])
