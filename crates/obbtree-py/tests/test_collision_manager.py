@@ -104,6 +104,19 @@ def test_contacts_of_surfaces_have_faces_points_normals_and_depths():
     assert manager.min_distance_internal() == 0.0
 
 
+def test_normals_point_to_what_was_added_later():
+    manager, box, torus = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.torus(2.0, 0.5)
+    for i in range(120):
+        manager.add_object(f"far {i}", box, at(0, 100 * i + 100))
+        # Two solids and two surfaces, the second to the right of the first.
+        for mesh, apart in ((box, 0.9), (torus, 4.9)):
+            manager.add_object("second", mesh, at(apart))
+            manager.add_object("first", mesh)
+            manager.add_object("second", mesh, at(apart))
+            data = manager.in_collision_internal(return_data=True)[1]
+            assert data and all(contact.normal[0] > 0 for contact in data), i
+
+
 def test_transforms_may_scale():
     manager = obbtree.CollisionManager()
     manager.add_object("cube", trimesh.creation.box(), np.diag([4.0, 1.0, 1.0, 1.0]))

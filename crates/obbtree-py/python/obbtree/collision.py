@@ -40,7 +40,10 @@ class ContactData:
         self.point = point
         """A point of the contact, of shape (3,), in the world."""
         self.normal = normal
-        """The direction, of shape (3,), in which the second object is to move to part them; zeros for a surface inside a solid."""
+        """The direction, of shape (3,), in which the second object is to move to part them; zeros for a surface inside a solid.
+
+        The second is the mesh that is asked about, the object of the other manager, or of two in one manager the one that was added later.
+        """
         self.depth = depth
         """How far."""
 
@@ -82,7 +85,7 @@ class CollisionManager:
 
     def __init__(self) -> None:
         self._objs: dict[Any, CollisionObject] = {}
-        # The objects by the names they have in the engine, which are numbers as text.
+        # The objects by the names they have in the engine: numbers as text, whose order is that in which they came.
         self._numbered: dict[str, CollisionObject] = {}
         self._key_of: dict[Any, str] = {}
         self._count = 0
@@ -93,7 +96,7 @@ class CollisionManager:
         """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex; later changes of it do not count."""
         matrix = _matrix(transform)
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
-        key = str(self._count)
+        key = f"{self._count:020}"
         self._manager.insert(key, item.collider, _pose(matrix))
         self._count += 1
         # Only now: where the new one cannot be had, the one before stays.
