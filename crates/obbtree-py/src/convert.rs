@@ -1,11 +1,10 @@
 //! From arrays to points, faces and poses, and back.
 
-use numpy::{PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
 use obbtree::nalgebra::{Isometry3, Point3};
 use obbtree::{BatchError, ManagerError, pose_from_matrix};
 use pyo3::exceptions::{PyKeyError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::fmt::Display;
 
 /// Bad values become a `ValueError` with the message of the cause.
@@ -38,13 +37,16 @@ pub fn length(length: f64) -> PyResult<f64> {
     if length.is_nan() { Err(value_error("the length is nan, not a number")) } else { Ok(length) }
 }
 
-/// Anything like an array, as numbers of type `f64` with their shape.
-fn numbers(data: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
-    let options = PyDict::new(data.py());
-    options.set_item("dtype", "float64")?;
-    let array = data.py().import("numpy")?.call_method("asarray", (data,), Some(&options))?;
-    let array: PyReadonlyArrayDyn<f64> = array.extract()?;
+/// Anything like an array, as numbers of a type with their shape. In one piece and aligned, for strides are counted in whole numbers; a field of packed
+/// records has others, and is copied.
+fn array<T: Element + Copy>(data: &Bound<'_, PyAny>, dtype: &str) -> PyResult<(Vec<usize>, Vec<T>)> {
+    let array = data.py().import("numpy")?.call_method1("require", (data, dtype, "CAE"))?;
+    let array: PyReadonlyArrayDyn<T> = array.extract()?;
     Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+}
+
+fn numbers(data: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
+    array(data, "float64")
 }
 
 /// An array of shape (n, 3).
@@ -57,8 +59,7 @@ pub fn points(data: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 3]>> {
 
 /// An array of integers of shape (n, 3).
 pub fn faces(data: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
-    let numpy = data.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (data,))?;
+    let array = data.py().import("numpy")?.call_method1("asarray", (data,))?;
     let untyped = array.cast::<PyUntypedArray>()?;
     let (shape, kind) = (untyped.shape().to_vec(), untyped.dtype().getattr("kind")?.extract::<char>()?);
     // An array without numbers has no type that counts.
@@ -71,10 +72,8 @@ pub fn faces(data: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; 3]>> {
     if shape.len() != 2 || shape[1] != 3 {
         return Err(value_error(format!("faces have shape {shape:?}; (n, 3) is expected")));
     }
-    let options = PyDict::new(data.py());
-    options.set_item("dtype", "int64")?;
-    let array: PyReadonlyArrayDyn<i64> = numpy.call_method("asarray", (array,), Some(&options))?.extract()?;
-    let numbers = array.as_array().iter().map(|&x| u32::try_from(x)).collect::<Result<Vec<u32>, _>>();
+    let (_, numbers) = self::array::<i64>(&array, "int64")?;
+    let numbers = numbers.into_iter().map(u32::try_from).collect::<Result<Vec<u32>, _>>();
     let numbers = numbers.map_err(|_| value_error("a face has a negative vertex, or one above 4294967295"))?;
     Ok(numbers.as_chunks::<3>().0.to_vec())
 }

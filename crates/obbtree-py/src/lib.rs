@@ -4,6 +4,7 @@ mod convert;
 mod convex;
 mod manager;
 mod pair;
+mod threads;
 
 use pyo3::prelude::*;
 

@@ -2,6 +2,7 @@
 
 use crate::convert::{self, manager_error, matrix, pose, pose_rows, value_error};
 use crate::pair::{Collider, Contacts, Nearest};
+use crate::threads::Threads;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -29,7 +30,11 @@ impl Manager {
 
     /// Queries wait for changes, and changes for queries, without the interpreter in their hands.
     fn ask<T: Send>(&self, py: Python<'_>, query: impl FnOnce(&obbtree::Manager) -> T + Send) -> T {
-        py.detach(|| query(&self.read()))
+        let threads = Threads::of_process(py);
+        py.detach(|| {
+            let manager = self.read();
+            threads.run(|| query(&manager))
+        })
     }
 
     fn change<T: Send>(&self, py: Python<'_>, change: impl FnOnce(&mut obbtree::Manager) -> T + Send) -> T {

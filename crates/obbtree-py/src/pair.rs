@@ -1,10 +1,11 @@
 //! Meshes, colliders and paths.
 
 use crate::convert::{self, coordinates, faces, points, pose, poses, value_error};
+use crate::threads::{Threads, released};
 use numpy::{PyArray1, PyArray2, PyArray3};
 use obbtree::nalgebra::Point3;
 use pyo3::prelude::*;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// Vertices and faces, in any unit of length.
 #[pyclass(frozen, module = "obbtree")]
@@ -63,7 +64,7 @@ impl Collider {
     #[new]
     fn new(py: Python<'_>, mesh: &Bound<'_, PyAny>) -> PyResult<Self> {
         let mesh = mesh_of(mesh)?;
-        Ok(Self(py.detach(|| obbtree::Collider::new(mesh))))
+        Ok(Self(released(py, || obbtree::Collider::new(mesh))))
     }
 
     #[getter]
@@ -74,7 +75,7 @@ impl Collider {
     #[pyo3(signature = (other, pose = None))]
     fn collides(&self, py: Python<'_>, other: &Self, pose: Option<&Bound<'_, PyAny>>) -> PyResult<bool> {
         let pose = self::pose(pose)?;
-        py.detach(|| self.0.collides(&other.0, &pose)).map_err(value_error)
+        released(py, || self.0.collides(&other.0, &pose)).map_err(value_error)
     }
 
     #[pyo3(signature = (other, pose = None, limit = None))]
@@ -86,13 +87,13 @@ impl Collider {
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Contacts> {
         let (pose, limit) = (self::pose(pose)?, convert::limit(limit)?);
-        py.detach(|| self.0.contacts(&other.0, &pose, limit)).map(Contacts).map_err(value_error)
+        released(py, || self.0.contacts(&other.0, &pose, limit)).map(Contacts).map_err(value_error)
     }
 
     #[pyo3(signature = (other, pose = None))]
     fn distance(&self, py: Python<'_>, other: &Self, pose: Option<&Bound<'_, PyAny>>) -> PyResult<Nearest> {
         let pose = self::pose(pose)?;
-        py.detach(|| self.0.distance(&other.0, &pose)).map(Nearest).map_err(value_error)
+        released(py, || self.0.distance(&other.0, &pose)).map(Nearest).map_err(value_error)
     }
 
     fn distance_below(
@@ -103,7 +104,7 @@ impl Collider {
         limit: f64,
     ) -> PyResult<Option<Nearest>> {
         let (pose, limit) = (self::pose(pose)?, convert::length(limit)?);
-        let found = py.detach(|| self.0.distance_below(&other.0, &pose, limit)).map_err(value_error)?;
+        let found = released(py, || self.0.distance_below(&other.0, &pose, limit)).map_err(value_error)?;
         Ok(found.map(Nearest))
     }
 
@@ -114,7 +115,7 @@ impl Collider {
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let poses = self::poses(poses)?;
-        let verdicts = py.detach(|| self.0.collides_each(&other.0, &poses)).map_err(value_error)?;
+        let verdicts = released(py, || self.0.collides_each(&other.0, &poses)).map_err(value_error)?;
         Ok(PyArray1::from_vec(py, verdicts))
     }
 
@@ -126,7 +127,7 @@ impl Collider {
         poses: &Bound<'py, PyAny>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<u32>>)> {
         let poses = self::poses(poses)?;
-        let found = py.detach(|| self.0.distance_each(&other.0, &poses)).map_err(value_error)?;
+        let found = released(py, || self.0.distance_each(&other.0, &poses)).map_err(value_error)?;
         if found.is_empty() {
             let none = PyArray1::zeros(py, 0, false);
             return Ok((none, PyArray3::zeros(py, [0, 2, 3], false), PyArray2::zeros(py, [0, 2], false)));
@@ -214,7 +215,11 @@ pub struct Path(Mutex<obbtree::Path>);
 impl Path {
     /// With the path to itself; another thread waits, and not with the interpreter in its hands.
     fn with<T: Send>(&self, py: Python<'_>, ask: impl FnOnce(&mut obbtree::Path) -> T + Send) -> T {
-        py.detach(|| ask(&mut self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)))
+        let threads = Threads::of_process(py);
+        py.detach(|| {
+            let path = &mut *self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            threads.run(|| ask(path))
+        })
     }
 }
 
@@ -223,7 +228,7 @@ impl Path {
     #[new]
     fn new(py: Python<'_>, a: &Collider, b: &Collider) -> Self {
         // It may have to make a tree.
-        Self(Mutex::new(py.detach(|| obbtree::Path::new(&a.0, &b.0))))
+        Self(Mutex::new(released(py, || obbtree::Path::new(&a.0, &b.0))))
     }
 
     fn collides(&self, py: Python<'_>, pose: &Bound<'_, PyAny>) -> PyResult<bool> {

@@ -1,5 +1,6 @@
 """What trimesh's own tests do not ask of the manager that stands in for its own."""
 
+import itertools
 import sys
 
 import numpy as np
@@ -103,6 +104,19 @@ def test_contacts_of_surfaces_have_faces_points_normals_and_depths():
     assert manager.min_distance_internal() == 0.0
 
 
+def test_normals_point_to_what_was_added_later():
+    manager, box, torus = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.torus(2.0, 0.5)
+    for i in range(120):
+        manager.add_object(f"far {i}", box, at(0, 100 * i + 100))
+        # Two solids and two surfaces, the second to the right of the first.
+        for mesh, apart in ((box, 0.9), (torus, 4.9)):
+            manager.add_object("second", mesh, at(apart))
+            manager.add_object("first", mesh)
+            manager.add_object("second", mesh, at(apart))
+            data = manager.in_collision_internal(return_data=True)[1]
+            assert data and all(contact.normal[0] > 0 for contact in data), i
+
+
 def test_transforms_may_scale():
     manager = obbtree.CollisionManager()
     manager.add_object("cube", trimesh.creation.box(), np.diag([4.0, 1.0, 1.0, 1.0]))
@@ -112,6 +126,62 @@ def test_transforms_may_scale():
     assert manager.min_distance_single(probe, at(4)) == pytest.approx(2.0)
     manager.set_transform("cube", np.diag([1.0, 1.0, -2.0, 1.0]))
     assert manager.min_distance_single(probe, at(0, 0, 3)) == pytest.approx(1.5)
+
+
+def test_later_changes_of_a_mesh_do_not_count():
+    probe = trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    for first in (np.eye(4), np.diag([3.0, 1.0, 1.0, 1.0])):
+        manager, box = obbtree.CollisionManager(), trimesh.creation.box()
+        manager.add_object("box", box, first)
+        box.apply_translation([50, 0, 0])
+        box.faces = box.faces[:4]
+        for transform in (at(0.1), np.diag([2.0, 1.0, 1.0, 1.0]), at()):
+            manager.set_transform("box", transform)
+            # A solid that holds the probe, where it was.
+            assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
+
+
+def test_small_scales_and_shears_are_done_to_the_mesh():
+    # The end of a bar moves by 5e-3 k along x or y; a wall stands on either side of where it comes to.
+    bar, wall = trimesh.creation.box(extents=[10000, 10, 10]), trimesh.creation.box(extents=[50, 50, 50])
+    for k, axis in itertools.product((1, 2, 4, 6, 40), (0, 1)):
+        transform = np.eye(4)
+        transform[axis, 0] += k * 1e-6
+        before = bar.copy()
+        before.apply_transform(transform)
+        one, other = obbtree.CollisionManager(), obbtree.CollisionManager()
+        one.add_object("bar", bar, transform)
+        other.add_object("bar", before)
+        for gap, hit in ((0.6, False), (-0.1, True)):
+            pose = at(5000)
+            pose[axis, 3] = before.bounds[1][axis] + 25 + gap * 5e-3 * k
+            assert one.in_collision_single(wall, pose) is other.in_collision_single(wall, pose) is hit
+            assert one.min_distance_single(wall, pose) == pytest.approx(other.min_distance_single(wall, pose), abs=1e-9)
+    # What single precision leaves of a rotation makes no tree.
+    manager, random = obbtree.CollisionManager(), np.random.default_rng(4)
+    bar_object = manager.add_object("bar", bar)
+    collider = bar_object.collider
+    for _ in range(100):
+        manager.set_transform("bar", turned(random, 1.0).astype(np.float32))
+        assert bar_object.collider is collider
+
+
+def test_transforms_have_the_last_row_of_one():
+    manager, box = obbtree.CollisionManager(), trimesh.creation.box()
+    manager.add_object("box", box)
+    # Translations of row vectors, and a weight.
+    last_rows = [[100, 0, 0, 1], [0, 0, 1e-9, 1], [0, 0, 0, 5], [0, 0, 0, np.nan]]
+    for scale, last_row in itertools.product((1.0, 25.4), last_rows):
+        transform = np.diag([scale, scale, scale, 1.0])
+        transform[3] = last_row
+        for ask in (
+            lambda: manager.add_object("other", box, transform),
+            lambda: manager.set_transform("box", transform),
+            lambda: manager.in_collision_single(box, transform),
+            lambda: manager.min_distance_single(box, transform),
+        ):
+            with pytest.raises(ValueError, match="last row"):
+                ask()
 
 
 def test_a_mirrored_mesh_is_as_one_that_was_mirrored_before():

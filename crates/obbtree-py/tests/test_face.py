@@ -1,5 +1,7 @@
-"""The face against numpy: brute force over triangles, shapes of what comes back, errors, threads."""
+"""The face against numpy: brute force over triangles, shapes of what comes back, errors, threads, forks."""
 
+import os
+import signal
 import sys
 import threading
 import time
@@ -104,6 +106,40 @@ def test_meshes_come_back_and_other_objects_will_do():
     assert "12 faces" in repr(collider) and "8 vertices" in repr(mesh) and collider.bytes > 0
 
 
+def fields_of_packed_records(array):
+    records = np.zeros(len(array), dtype=[("before", np.uint8), ("it", array.dtype, array.shape[1:]), ("after", np.uint16)])
+    records["it"] = array
+    return records["it"]
+
+
+def at_an_odd_offset(array):
+    return np.frombuffer(b"\0" + array.tobytes() + b"\0", array.dtype, array.size, 1).reshape(array.shape)
+
+
+def every_second(array):
+    return np.repeat(array, 2, axis=0)[::2]
+
+
+@pytest.mark.parametrize("view", [fields_of_packed_records, at_an_odd_offset, every_second])
+def test_views_are_read_as_their_copies_are(view):
+    random = np.random.default_rng(2)
+    mesh, poses = sphere(2, 9), np.array([turned(random, 3) for _ in range(40)])
+    for dtype in (np.int64, np.uint32, np.int32):
+        seen = obbtree.Mesh(view(mesh.vertices), view(mesh.faces.astype(dtype)))
+        np.testing.assert_array_equal(seen.vertices, mesh.vertices)
+        np.testing.assert_array_equal(seen.faces, mesh.faces)
+    a, b = obbtree.Collider(mesh), obbtree.Collider(cuboid())
+    expected = a.distance_each(b, poses)[0]
+    assert 5 < np.count_nonzero(expected) < 35
+    np.testing.assert_array_equal(a.distance_each(b, view(poses))[0], expected)
+    np.testing.assert_array_equal([a.distance(b, view(pose)).distance for pose in poses], expected)
+    np.testing.assert_array_equal([a.distance(b, pose).distance for pose in view(poses)], expected)
+    manager = obbtree.Manager()
+    manager.insert("a", a)
+    manager.insert("b", b)
+    np.testing.assert_array_equal(manager.collides_each(["b"], view(poses[:, None])), expected == 0)
+
+
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
@@ -191,3 +227,59 @@ def test_a_path_that_makes_a_tree_lets_other_threads_run():
     bytes_before = fine.bytes
     assert ticks_during(lambda: obbtree.Path(fine, large)) > 5
     assert fine.bytes > bytes_before
+
+
+def ends_in_a_child(work):
+    """Whether a forked child is through with its work within 30 s."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    end = time.monotonic() + 30
+    while time.monotonic() < end:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return status == 0
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return False
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_child_builds_and_asks():
+    a, large = obbtree.Collider(sphere(1, 20)), obbtree.Collider(cuboid(1e4, 1e4, 1e4))
+    poses = np.array([at(0.02 * i) for i in range(200)])
+    expected, manager = a.collides_each(a, poses), obbtree.Manager()
+    manager.insert("a", a)
+    manager.insert("b", a)
+
+    def build():
+        assert obbtree.Collider(sphere(1, 20)).collides(a)
+
+    def each():
+        np.testing.assert_array_equal(a.collides_each(a, poses), expected)
+        assert np.all(a.distance_each(a, poses)[0][expected] == 0)
+        np.testing.assert_array_equal(manager.collides_each(["b"], poses[:, None]), expected)
+
+    def coarser():
+        assert not a.collides(large) and obbtree.Path(a, large).distance(np.eye(4)).distance > 4998
+
+    def in_threads():
+        each()
+        threads = [threading.Thread(target=work) for work in (build, each, each)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+
+    def again():
+        each()
+        assert ends_in_a_child(each)
+
+    for work in (build, each, coarser, in_threads, again):
+        assert ends_in_a_child(work), work.__name__
+    each()

@@ -15,7 +15,6 @@ mod pose;
 mod serial;
 #[cfg(test)]
 mod tests;
-mod witness;
 mod world;
 
 pub use batch::BatchError;

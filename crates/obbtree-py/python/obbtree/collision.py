@@ -22,9 +22,13 @@ EXTERNAL = "__external"
 CONTACTS_PER_PAIR = 100_000
 # Meshes whose trees are kept for when they come again.
 KEPT = 64
+# How far from orthogonal the rotation R of a rigid transform may be, as max|RᵀR - I|: a few roundings to single precision.
+RIGID = 1e-6
 
 Vector = NDArray[np.float64]
 Names = tuple[Any, Any]
+# The collider of a mesh, the solid if there is one, and whether the mesh says that it is convex.
+Shape = tuple[Collider, Convex | None, bool]
 
 
 class ContactData:
@@ -36,7 +40,10 @@ class ContactData:
         self.point = point
         """A point of the contact, of shape (3,), in the world."""
         self.normal = normal
-        """The direction, of shape (3,), in which the second object is to move to part them; zeros for a surface inside a solid."""
+        """The direction, of shape (3,), in which the second object is to move to part them; zeros for a surface inside a solid.
+
+        The second is the mesh that is asked about, the object of the other manager, or of two in one manager the one that was added later.
+        """
         self.depth = depth
         """How far."""
 
@@ -64,12 +71,12 @@ class DistanceData:
 
 
 class CollisionObject:
-    """An object of a manager: its geometry, and where it is."""
+    """An object of a manager: its mesh as it was when it was added, and where it is."""
 
-    def __init__(self, name: Any, mesh: Any, shape: tuple[Collider, Convex | None], transform: Vector) -> None:
+    def __init__(self, name: Any, mesh: Any, shape: Shape, transform: Vector) -> None:
         self.name = name
-        self.mesh = mesh
-        self.collider, self.convex = shape
+        self.vertices, self.faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
+        self.collider, self.convex, self.is_convex = shape
         self.transform = transform
 
 
@@ -78,18 +85,18 @@ class CollisionManager:
 
     def __init__(self) -> None:
         self._objs: dict[Any, CollisionObject] = {}
-        # The objects by the names they have in the engine, which are numbers as text.
+        # The objects by the names they have in the engine: numbers as text, whose order is that in which they came.
         self._numbered: dict[str, CollisionObject] = {}
         self._key_of: dict[Any, str] = {}
         self._count = 0
         self._manager = Manager()
-        self._kept: dict[bytes, tuple[Collider, Convex | None]] = {}
+        self._kept: dict[bytes, Shape] = {}
 
     def add_object(self, name: Any, mesh: Any, transform: ArrayLike | None = None) -> CollisionObject:
-        """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex."""
+        """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex; later changes of it do not count."""
         matrix = _matrix(transform)
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
-        key = str(self._count)
+        key = f"{self._count:020}"
         self._manager.insert(key, item.collider, _pose(matrix))
         self._count += 1
         # Only now: where the new one cannot be had, the one before stays.
@@ -113,7 +120,7 @@ class CollisionManager:
         if _is_rigid(matrix) and _is_rigid(item.transform):
             self._manager.set_pose(key, matrix)
         else:
-            collider, convex = self._shape(item.mesh, matrix)
+            collider, convex, _ = self._shape(item, matrix)
             self._manager.insert(key, collider, _pose(matrix))
             item.collider, item.convex = collider, convex
         item.transform = matrix
@@ -173,8 +180,8 @@ class CollisionManager:
             raise ValueError(f"{name} not in collision manager!")
         return self._objs[name]
 
-    def _shape(self, mesh: Any, matrix: Vector) -> tuple[Collider, Convex | None]:
-        """The collider of a mesh, and the solid if it is convex. What a transform does beside moving is done to the mesh."""
+    def _shape(self, mesh: Any, matrix: Vector) -> Shape:
+        """The shape of a mesh or an object. What a transform does beside moving is done to it."""
         linear = None if _is_rigid(matrix) else matrix[:3, :3]
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
         parts = (vertices, faces) if linear is None else (vertices, faces, linear)
@@ -186,15 +193,15 @@ class CollisionManager:
             # A mirrored face turns the other way round.
             faces = faces[:, ::-1] if np.linalg.det(linear) < 0.0 else faces
         shape = Mesh(vertices, faces)
-        convex = None
-        if mesh.is_convex:
+        convex, is_convex = None, bool(mesh.is_convex)
+        if is_convex:
             try:
                 convex = Convex(shape)
             except ValueError:
                 pass  # Not closed or not quite convex: a surface.
         if len(self._kept) >= KEPT:
             del self._kept[next(iter(self._kept))]
-        return self._kept.setdefault(key, (Collider(shape), convex))
+        return self._kept.setdefault(key, (Collider(shape), convex, is_convex))
 
     def _of_one(self, mesh: Any, transform: ArrayLike | None) -> CollisionManager:
         """A manager of a mesh that is in none."""
@@ -314,12 +321,14 @@ def _matrix(transform: ArrayLike | None) -> Vector:
     matrix = np.eye(4) if transform is None else np.array(transform, dtype=np.float64)
     if matrix.shape != (4, 4):
         raise ValueError("transform must be (4,4)!")
+    if not np.array_equal(matrix[3], [0.0, 0.0, 0.0, 1.0]):
+        raise ValueError("the transform's last row is not 0 0 0 1; points are columns, so that a translation is in the last column")
     return matrix
 
 
 def _is_rigid(matrix: Vector) -> bool:
     linear = matrix[:3, :3]
-    return bool(np.abs(linear.T @ linear - np.eye(3)).max() < 1e-5 and np.linalg.det(linear) > 0.0)
+    return bool(np.abs(linear.T @ linear - np.eye(3)).max() < RIGID and np.linalg.det(linear) > 0.0)
 
 
 def _pose(matrix: Vector) -> Vector:

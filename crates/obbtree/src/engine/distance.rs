@@ -1,13 +1,15 @@
 //! How far apart are two meshes? Branch and bound as in [`Proximity`], over pairs of slots, eight or sixteen children at a time.
 //!
 //! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
-//! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting.
+//! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting. Where many pairs are as near as the nearest, a slab leaves
+//! out those around it ([`super::slab`]).
 
 use super::buckets::Waiting;
 use super::lanes::{Machine, Simd, Work};
 use super::node::{WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
+use super::slab::Slab;
 use super::triangles::Batch;
 use super::visit::{self, Distances};
 use super::volume::WideVolume;
@@ -15,7 +17,8 @@ use crate::engine::geometry::{Isometry, certified, triangle_distance};
 use std::ops::ControlFlow;
 
 /// The distance of the meshes, mm, where it is below `below_mm`; infinity where it is not. 0 where triangles touch, and only there. With [`Proximity::keeping`], a
-/// lower bound of it.
+/// lower bound of it. Where more pairs than `Search::ties` are as near as
+/// the nearest, another of them may be nearer by 10⁻¹² of the distance.
 pub fn distance_mm<V: WideVolume>(
     a: &WideTree<V>,
     b: &WideTree<V>,
@@ -28,7 +31,8 @@ pub fn distance_mm<V: WideVolume>(
         return f64::INFINITY;
     }
     let posed = Posed::new(a, b, a_from_b);
-    let mut search = Search { posed, proximity, least: below_mm, batch: Batch::default(), may_touch: 0 };
+    let mut search =
+        Search { posed, proximity, least: below_mm, batch: Batch::default(), may_touch: 0, measured: 0, slab: None };
     match search.known_and_others(simd) {
         ControlFlow::Break(Touching) => 0.0,
         ControlFlow::Continue(()) if search.least < below_mm => search.least,
@@ -46,6 +50,10 @@ struct Search<'a, V: WideVolume> {
     batch: Batch,
     /// A bit for each of them whose volumes may touch.
     may_touch: u8,
+    /// How many pairs were measured that are as near as what is known, or nearer.
+    measured: u32,
+    /// Leaves out pairs that are not nearer, once many were measured.
+    slab: Option<Slab>,
 }
 
 /// Two triangles touch: nothing is nearer.
@@ -83,6 +91,9 @@ impl<V: WideVolume> Search<'_, V> {
     #[inline(always)]
     fn next<M: Machine>(&mut self) -> ControlFlow<Touching, Option<Opened>> {
         while let Some((waiting, is_apart)) = self.proximity.buckets.pop_below(self.least) {
+            if self.slab.as_ref().is_some_and(|slab| slab.is_between(&self.posed, waiting)) {
+                continue;
+            }
             match waiting {
                 Waiting::Node(opened) => return ControlFlow::Continue(Some(opened)),
                 Waiting::Triangles(pair) => {
@@ -187,7 +198,16 @@ impl<V: WideVolume> Search<'_, V> {
         if distance < self.least {
             (self.least, self.proximity.nearest) = (distance, Some((i, j)));
         }
+        self.measured += 1;
+        if self.measured.is_multiple_of(self.ties()) {
+            self.slab = Slab::between(&self.posed, (&still, &moved), self.least);
+        }
         ControlFlow::Continue(())
+    }
+
+    /// After how many measured pairs a slab is laid: its pass over both meshes then takes a small part of the time.
+    fn ties(&self) -> u32 {
+        64 + ((self.posed.a.len() + self.posed.b.len()) / 16) as u32
     }
 }
 
@@ -200,7 +220,8 @@ mod tests {
     use super::super::traverse::{Scratch, contact_keeping, first};
     use super::*;
     use crate::cases::Cases;
-    use crate::engine::geometry::{GridMesh, Point, Triangle};
+    use crate::engine::geometry::{GridMesh, Point, Triangle, Vector};
+    use std::f64::consts::TAU;
 
     /// The least over all pairs of triangles, by the same measure.
     fn of_all_pairs<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
@@ -267,6 +288,46 @@ mod tests {
             }
         }
         assert!(less > 5, "{less}");
+    }
+
+    /// Two fans of triangles from apexes that are 1 mm apart, and a wall behind each, so that no plane is between the meshes: the pairs of the fans are all as near.
+    #[test]
+    fn what_is_as_near_in_many_pairs_is_measured_in_few() {
+        let fan = |apex: f64, base: f64| {
+            let at = |step: u32| {
+                let (sin, cos) = (TAU * f64::from(step) / 1000.0).sin_cos();
+                Point::new(cos, sin, base)
+            };
+            let mut triangles: Vec<_> = (0..1000)
+                .map(|step| Triangle::new(Point::new(0.0, 0.0, apex), at(step), at((step + 1) % 1000)))
+                .collect();
+            let beyond = 7.0 * (apex - base).signum() + apex;
+            triangles.push(Triangle::new(
+                Point::new(-9.0, -9.0, beyond),
+                Point::new(9.0, -9.0, beyond),
+                Point::new(0.0, 9.0, beyond),
+            ));
+            WideTree::<Oriented>::build(&GridMesh::from_triangles(&triangles).unwrap())
+        };
+        let (a, b) = (fan(0.0, -3.0), fan(1.0, 4.0));
+        let turned = Isometry::rotation(Vector::new(0.3, 0.2, 0.1));
+        let mut warm = Proximity::default();
+        for (a_from_b, below_mm) in [(Isometry::identity(), 1.0), (turned, f64::INFINITY), (Isometry::identity(), 2.0)]
+        {
+            let apex = Triangle { corners: [Point::new(0.0, 0.0, 1.0); 3] };
+            let expected = Posed::new(&a, &b, &a_from_b).placement.triangle(&apex).corners[0].coords.norm();
+            for simd in Simd::available() {
+                for proximity in [&mut Proximity::default(), &mut warm] {
+                    let posed = Posed::new(&a, &b, &a_from_b);
+                    let batch = Batch::default();
+                    let mut search =
+                        Search { posed, proximity, least: below_mm, batch, may_touch: 0, measured: 0, slab: None };
+                    assert!(search.known_and_others(simd).is_continue());
+                    assert!((search.least - expected).abs() <= 1e-12, "{} {expected}", search.least);
+                    assert!(search.measured < 3000, "{}, {}", search.measured, simd.name());
+                }
+            }
+        }
     }
 
     #[test]

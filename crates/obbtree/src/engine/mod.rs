@@ -10,7 +10,7 @@
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
 //! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
-//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
+//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure`, `slab` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
 mod axis;
@@ -34,6 +34,7 @@ pub mod plain;
 pub mod pose;
 mod posed;
 pub mod proximity;
+mod slab;
 pub mod split;
 #[cfg(test)]
 mod tests;

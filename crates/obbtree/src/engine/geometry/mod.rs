@@ -1,7 +1,8 @@
 //! Triangles, meshes, the coordinate grid, and the triangle tests on which all other modules depend.
 //!
 //! Reading order: [`triangle`], [`mesh`], [`rigid`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`certified`] is the one that
-//! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`].
+//! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`],
+//! `witness`.
 
 pub mod certified;
 pub mod covariance;
@@ -18,6 +19,7 @@ pub mod surface;
 pub mod triangle;
 pub mod triangle_distance;
 pub mod weld;
+pub(crate) mod witness;
 
 pub use mesh::{GridMesh, MeshError};
 pub use triangle::Triangle;

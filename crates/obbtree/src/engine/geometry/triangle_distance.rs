@@ -35,7 +35,7 @@ const MARGIN: f64 = 1e-8;
 /// Rounding error of a gap in [`exceeds`], relative to the direction's largest component times the farthest corner's distance along the
 /// axes: 16u, u = 2⁻⁵³. Each term of a projection has a difference, a product and two sums, so the projection has an error below 4.1u of
 /// the sum of its terms' magnitudes. A gap is the difference of two projections, rounded once more.
-const PROJECTION: f64 = 16.0 / 9_007_199_254_740_992.0;
+pub(crate) const PROJECTION: f64 = 16.0 / 9_007_199_254_740_992.0;
 
 /// Whether the squared distance certainly exceeds `squared_mm`; much cheaper than [`squared`]. Tests three directions that separate most
 /// distant triangles: from one middle to the other, and the two normals.

@@ -1,7 +1,7 @@
 //! The nearest points of two triangles, to go with their distance; a common point where they touch.
 
-use crate::engine::geometry::triangle_distance::normal;
-use crate::engine::geometry::{Point, Triangle, Vector};
+use super::triangle_distance::normal;
+use super::{Point, Triangle, Vector};
 use std::array;
 
 /// Two points and the square of their distance.

@@ -1,0 +1,52 @@
+//! The threads that the engine works on, after a fork too.
+
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// Rayon's own threads, or those of a process that was forked from the one that has them: only the thread that forks goes on in its child.
+#[derive(Clone, Copy)]
+pub struct Threads(Option<&'static ThreadPool>);
+
+impl Threads {
+    /// The threads of this process. No thread forks meanwhile: this one has the interpreter.
+    pub fn of_process(_: Python<'_>) -> Self {
+        static FIRST: OnceLock<u32> = OnceLock::new();
+        static FORKED: Mutex<Option<(u32, &ThreadPool)>> = Mutex::new(None);
+        let process = std::process::id();
+        if *FIRST.get_or_init(|| process) == process {
+            return Self(None);
+        }
+        let mut forked = FORKED.lock().unwrap_or_else(PoisonError::into_inner);
+        match *forked {
+            Some((of, threads)) if of == process => Self(Some(threads)),
+            _ => {
+                // The parent's are never stopped here: nothing of them answers.
+                let threads: &ThreadPool = Box::leak(Box::new(started()));
+                *forked = Some((process, threads));
+                Self(Some(threads))
+            }
+        }
+    }
+
+    /// Runs a call whose parallel parts are for these threads. It takes no lock that its caller may hold.
+    pub fn run<T: Send>(self, call: impl FnOnce() -> T + Send) -> T {
+        match self.0 {
+            None => call(),
+            Some(threads) => threads.install(call),
+        }
+    }
+}
+
+/// As many threads as rayon's own, and this one if it is in no pool yet, which then need not wait for another.
+fn started() -> ThreadPool {
+    let count = rayon::current_num_threads();
+    let with_this = ThreadPoolBuilder::new().num_threads(count + 1).use_current_thread().build();
+    with_this.or_else(|_| ThreadPoolBuilder::new().num_threads(count).build()).expect("a process can start threads")
+}
+
+/// Runs a call without the interpreter in its hands.
+pub fn released<T: Send>(py: Python<'_>, call: impl FnOnce() -> T + Send) -> T {
+    let threads = Threads::of_process(py);
+    py.detach(|| threads.run(call))
+}
