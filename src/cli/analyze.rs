@@ -31,8 +31,9 @@ pub struct Options {
 }
 
 pub fn run(options: &Options) -> Result<u8> {
+    let given = options.claims.as_deref().map(ClaimSet::read).transpose()?;
     let folder = options.folder.checked()?;
-    let claims = options.claims.as_deref().map_or_else(|| ClaimSet::of_run(folder), ClaimSet::read)?;
+    let claims = given.map_or_else(|| ClaimSet::of_run(folder), Ok)?;
     let outcome = analyze(folder, &claims)?;
     if options.json {
         say(serde_json::to_string_pretty(&as_json(&outcome))?);
