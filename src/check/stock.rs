@@ -317,7 +317,7 @@ impl<'a> Examined<'a, '_> {
         let turns = role == Role::Cutter && turning.is_none() && !stands;
         let is_unround = mesh.edge_report().is_watertight() && body.axis().is_none();
         let drawn = (turns && is_unround).then(|| Body::standing(mesh));
-        Other { turning, stands, drawn, ..self.standing(pair, body, None) }
+        Other { drawn, turning, stands, ..self.standing(pair, body, None) }
     }
 
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.

@@ -2,7 +2,7 @@
 //!
 //! Bounds come from the lanes of [`super::visit`] and are lower bounds in spite of all rounding; triangles are measured in `f64`. A first
 //! dive to a pair of triangles brings a distance that keeps most pairs from ever waiting. Where many pairs are as near as the nearest, a slab leaves
-//! out those around it ([`super::slab`]).
+//! out those around it (`slab`).
 
 use super::buckets::Waiting;
 use super::lanes::{Machine, Simd, Work};
