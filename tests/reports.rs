@@ -347,9 +347,23 @@ fn box_stl(low: [f64; 3], high: [f64; 3]) -> String {
 fn whatever_fails_a_check_is_in_every_report() {
     let (cut, with_tool) = ("M3 S1000 G0 Z5\nG1 Z-3 F500\nG0 Z5\nM2", "role = \"cutter\"\ntool = 1\n");
     for (role, program, arguments, rule, line, case) in [
-        ("role = \"cutter\"\n", cut, &["--target", "box.stl"][..], "target-gouge", 1, "the wanted part"),
+        (
+            "role = \"cutter\"\n",
+            cut,
+            &["--target", "box.stl", "--stock-resolution", "1"][..],
+            "target-gouge",
+            1,
+            "the wanted part",
+        ),
         // Under the cut, and 10 mm beyond the block at two sides.
-        ("role = \"cutter\"\n", cut, &["--target", "wide.stl"], "target-gouge", 1, "the wanted part"),
+        (
+            "role = \"cutter\"\n",
+            cut,
+            &["--target", "wide.stl", "--stock-resolution", "1"],
+            "target-gouge",
+            1,
+            "the wanted part",
+        ),
         // A retreat out of the whole workpiece is not proved.
         (
             "role = \"cutter\"\n",

@@ -370,7 +370,7 @@ fn a_box_that_slides_or_comes_down_on_a_face_is_found_in_it_for_sure_and_soon() 
         part.sweep([&from, &to], 0.0)
     };
     // Places along X and depths, mm.
-    let slides = (0..20).map(|k| sweep([f64::from(k), 0.2], [f64::from(k + 1), 0.2])).collect::<Vec<_>>();
+    let slides = (0..5).map(|k| sweep([f64::from(k), 0.2], [f64::from(k + 1), 0.2])).collect::<Vec<_>>();
     for (name, sweeps, depth) in [("slide", slides, 0.2), ("plunge", vec![sweep([0.0, -20.0], [0.0, 5.0])], 5.0)] {
         let mut stock = Stock::new(&cuboid(BLOCK.map(|half| 2.0 * half)), RESOLUTION_MM).unwrap();
         let steps: Vec<Step> =
@@ -384,7 +384,7 @@ fn a_box_that_slides_or_comes_down_on_a_face_is_found_in_it_for_sure_and_soon() 
             );
         }
         // What it is to find distances from the mesh counts, too.
-        assert!(stock.questions() < 100_000_000, "{name}: {}", stock.questions());
+        assert!(stock.questions() < 30_000_000, "{name}: {}", stock.questions());
     }
 }
 
