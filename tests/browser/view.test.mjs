@@ -260,14 +260,14 @@ test("lines, the strip and the keys lead through the program", async () => {
 });
 
 test("what fails the check without a collision is a fault", async () => {
-  const [program, out] = ["no-tool.ngc", "no-tool.html"].map(pagePath);
-  writeFileSync(program, "T99 M6\nG0 G53 Z490\nM2\n");
+  const [program, out] = ["far.ngc", "far.html"].map(pagePath);
+  writeFileSync(program, "G0 G53 Z490\nG0 G53 X5000\nM2\n");
   bvbench("view", "mill-vise", program, "--quiet", "--out", out);
   const { page, faults } = await openView(out);
   const end = await ask(page, () => window.bvbench[0].go(1e9));
-  assert.deepEqual([end.state, end.text], ["fault", "tool 99 has no part in the scene, or only a holder"]);
+  assert.deepEqual([end.state, end.text], ["fault", "axis X at 5000 mm is outside its limits -250 to 250 mm"]);
   assert.match(await page.locator(".bv-events summary").textContent(), /1 other fault/);
-  assert.ok((await page.locator(".bv-note").allTextContents()).some((note) => note.includes("tool 99")));
+  assert.ok((await page.locator(".bv-note").allTextContents()).some((note) => note.includes("not examined")));
   assert.deepEqual(faults, []);
   await page.context().close();
 });
