@@ -145,7 +145,7 @@ impl Spun {
         self.unsure.contains(&part)
     }
 
-    /// Whether a spindle turns a workpiece, and nothing turns a part beside it.
+    /// Whether a spindle turns the workpiece while the part beside it stands.
     pub fn turns_beside(&self, workpiece: usize, part: usize) -> bool {
         self.spindles[workpiece].is_some() && self.spindles[part].is_none()
     }
@@ -292,7 +292,7 @@ const fn is_of_tool(part: &Part) -> bool {
     matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
 }
 
-/// What turns a part of a mill: the spindle, where it is a part of the tool.
+/// The spindle of a mill, for parts of the tool; it turns nothing else.
 fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =

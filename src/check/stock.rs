@@ -83,7 +83,7 @@ struct Other {
     /// Of a cutter that the spindle or a drive of its own may turn: what both sweep for sure; `body` is then what the spindle may sweep. Where nothing is swept for
     /// sure, what the drive may.
     own: Option<Body>,
-    /// Of a cutter that is not round: the mesh as it is, for while its spindle stands.
+    /// The mesh of a cutter that is not round. It is examined while the cutter's spindle stands.
     drawn: Option<Body>,
     chain: Chain,
     role: Role,
@@ -474,12 +474,12 @@ impl<'a> Route<'a> {
         others.filter(|other| other.role == Role::Cutter).map(|other| other.turning.is_none())
     }
 
-    /// Whether the workpiece stands because all cutters in use are driven.
+    /// Whether all cutters in use are driven. The workpiece then stands.
     fn works_driven(&self, at: usize) -> bool {
         self.driven(at).next().is_some() && self.driven(at).all(|is_driven| is_driven)
     }
 
-    /// Whether a driven cutter feeds to a place, and something asks.
+    /// Whether a driven cutter feeds to a place. False where no part has to know.
     fn cuts_unround(&self, at: usize) -> bool {
         let asks = self.others.iter().any(|other| other.once_unround);
         asks && self.path.step(at as f64).kind.is_feed() && self.driven(at).any(|is_driven| is_driven)

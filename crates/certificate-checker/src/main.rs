@@ -67,7 +67,7 @@ fn answer(mut arguments: impl Iterator<Item = OsString>) -> Result<(String, u8),
     })
 }
 
-/// What an accepted certificate proves, and what it leaves out.
+/// The answer for an accepted certificate: the verdicts, and what was not examined.
 fn told(report: &Report) -> String {
     let mut text: String = report.notes.iter().map(|note| format!("{note}\n")).collect();
     let lines = |verdict: &str| -> Vec<String> {

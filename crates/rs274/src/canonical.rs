@@ -110,7 +110,7 @@ pub enum MoveKind {
 }
 
 impl MoveKind {
-    /// Whether it feeds: in a straight line or an arc.
+    /// Whether it is a feed: a straight line or an arc.
     #[must_use]
     pub const fn is_feed(&self) -> bool {
         matches!(self, Self::Feed | Self::Arc { .. })

@@ -195,8 +195,9 @@ pub(super) struct Control {
     calls: Vec<Call>,
     /// How often the body of a `repeat` still runs, by its line.
     repeats: BTreeMap<usize, f64>,
-    /// Whether a `break` and a `continue` are remembered.
+    /// Whether the next loops still see an earlier `break`, as on LinuxCNC.
     breaks: bool,
+    /// The same of a `continue`.
     continues: bool,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Kept>,

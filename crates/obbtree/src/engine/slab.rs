@@ -15,7 +15,7 @@ use crate::engine::geometry::{Point, Triangle, Vector, witness};
 /// [`ACCURACY`](crate::engine::geometry::triangle_distance::ACCURACY).
 const NARROWER: f64 = 1e-12;
 
-/// What of each tree is on its side of a slab.
+/// A slab, as the triangles of both trees that lie on its two sides.
 pub(super) struct Slab {
     of_a: Side,
     of_b: Side,
@@ -47,7 +47,7 @@ impl Slab {
         })
     }
 
-    /// Whether the slab is between all triangles of a pair.
+    /// Whether the slab lies between all triangles of the one and all of the other.
     #[inline(never)]
     pub fn is_between<V: WideVolume>(&self, posed: &Posed<V>, waiting: Waiting) -> bool {
         let (of_a, of_b) = match waiting {
