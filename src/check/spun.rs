@@ -292,7 +292,7 @@ const fn is_of_tool(part: &Part) -> bool {
     matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
 }
 
-/// The spindle of a mill, for parts of the tool; it turns nothing else.
+/// What turns a part of a mill. Parts of the tool turn, about the spindle's axis where they are fixed to the spindle.
 fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =
