@@ -9,8 +9,8 @@ use super::{Node, Tree};
 use crate::geometry::Triangle;
 use crate::volume::Shape;
 
-/// Smallest node, in triangles, whose two sides are built in parallel: about 10 ms of work, a thousand times the cost of handing it over.
-const SHARED_FROM: usize = 1 << 14;
+/// Smallest node, in triangles, whose two sides are built in parallel: about 10 ms of work, a thousand times the cost of handing it over. Tests share smaller ones.
+const SHARED_FROM: usize = if cfg!(test) { 1 << 9 } else { 1 << 14 };
 
 impl<S: Shape> Tree<S> {
     /// Builds the tree over `triangles` (mm, mesh frame; at least one), with volumes from `fit`. The result is the same for the same input
@@ -215,8 +215,8 @@ mod tests {
 
     #[test]
     fn a_pool_of_threads_builds_the_same_tree() {
-        // 40 000 triangles, and so at least one node that is shared out.
-        let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
+        // At least one node is shared out.
+        let triangles = meshes::torus(12.0, 4.0, 40, 20).triangles();
         assert!(triangles.len() > 2 * SHARED_FROM);
         for policy in [Policy::own(SplitRule::AreaMean), Policy { leaf: 3, ..Policy::own(SplitRule::Median) }] {
             let alone = Tree::build(&SphereRitter::fit, &triangles, policy);
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn outside_a_pool_a_tree_is_built_by_the_thread_that_asked() {
-        let triangles = meshes::torus(12.0, 4.0, 200, 100).triangles();
+        let triangles = meshes::torus(12.0, 4.0, 40, 20).triangles();
         assert!(triangles.len() > 2 * SHARED_FROM);
         let (own, others) = (std::thread::current().id(), std::sync::atomic::AtomicUsize::new(0));
         let fit = |triangles: &[Triangle]| {
