@@ -89,7 +89,7 @@ fn all_in_one(errors: Vec<(usize, Fault)>, text: &Source) -> GcodeError {
 }
 
 fn parse(line: &str, setup: &Setup) -> Result<Block, Fault> {
-    if line.trim() == "%" || (setup.block_delete && line.trim_start().starts_with('/')) {
+    if matches!(source::bare(line), "" | "%") || (setup.block_delete && line.trim_start().starts_with('/')) {
         return Ok(Block::default());
     }
     Block::parse(line, setup.dialect)
