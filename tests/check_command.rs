@@ -511,6 +511,25 @@ fn a_variable_is_set_before_the_program() {
 }
 
 #[test]
+fn what_a_program_leaves_unknown_is_named() {
+    for (program, dialect, told) in [("G0 Z20\nM60\nG0 Z30\nM2", "linuxcnc", "line 2: M60 changes the pallet")] {
+        let (folder, _) = mill("G0 Z20\nM2");
+        std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+        let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
+        let mut command = bvbench();
+        command.current_dir(folder.path()).args(["check", "--quiet", ".", "--dialect", dialect]).args(reports);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{program}: {output:?}");
+        let shown = String::from_utf8(output.stdout).unwrap();
+        assert!(shown.contains(&format!("not examined: {told}")), "{program}: {shown}");
+        for report in ["out.sarif", "out.xml"] {
+            let text = std::fs::read_to_string(folder.path().join(report)).unwrap();
+            assert!(text.contains(told), "{program}: {text}");
+        }
+    }
+}
+
+#[test]
 fn a_tool_without_parts_is_named_beside_the_csv() {
     let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
     let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();

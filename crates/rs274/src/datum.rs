@@ -253,8 +253,13 @@ impl Interpreter<'_> {
         self.tool_offset(values, code).is_ok_and(|offset| offset == wanted)
     }
 
-    /// M codes of the machine's own.
+    /// M codes of the machine's own, and M60, after which another workpiece may be there.
     pub(super) fn obey_user_code(&mut self, values: &Values) -> Result<(), Fault> {
+        if values.number(Group::Stop) == Some(60) {
+            let told =
+                "M60 changes the pallet: what comes in is not known; what follows is checked on the stock that was cut";
+            self.note_unknown(told.to_owned());
+        }
         let Some(code) = values.code(Group::User) else { return Ok(()) };
         ['p', 'q'].iter().for_each(|&letter| {
             values.take(letter);

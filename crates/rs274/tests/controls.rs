@@ -465,6 +465,20 @@ fn system_variables_take_effect_or_are_errors() {
 }
 
 #[test]
+fn what_another_pallet_brings_in_is_not_known() {
+    let source = "G0 X1\nM60\nX2\nM30";
+    for code in ["M50", "M60"] {
+        for setup in [haas(), fanuc()] {
+            assert_refused(&source.replace("M60", code), &setup, "2:1", &format!("ignore it (`--ignore {code}`)"));
+        }
+    }
+    let ignored = ["M60".parse().unwrap()].into();
+    assert_end(source, &Setup { ignored, ..haas() }, [2.0, 0.0, 0.0]);
+    let [note] = &run(source, &linuxcnc()).notes[..] else { panic!("one note") };
+    assert!(note.is_unknown && note.to_string().starts_with("line 2: M60 changes the pallet"), "{note}");
+}
+
+#[test]
 fn a_probed_place_is_in_the_programs_units() {
     assert_ends("G20 F10\nG38.2 X2\nG0 X0\nX#5061\nM2", &linuxcnc(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
     assert_ends("G20F10.\nG31X2.\nG0X0\nX#5061\nM30", &haas(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);

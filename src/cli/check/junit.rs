@@ -62,7 +62,7 @@ pub fn report(checked: &Checked<'_>) -> Result<String> {
         cases.extend(is_asked.then(|| case(name, &of_rule)));
     }
     let tools: Vec<String> = outcome.tools_without_parts.iter().map(tool_without_part).collect();
-    for text in not_examined(scene, outcome).into_iter().filter(|text| !tools.contains(text)) {
+    for text in not_examined(scene, run, outcome).into_iter().filter(|text| !tools.contains(text)) {
         let what = text.strip_prefix("not examined: ").unwrap_or(&text);
         let failed = Some(("skipped", String::new(), "not examined".to_owned(), String::new()));
         cases.push(Case { name: format!("{program}: {what}"), failed, output: String::new() });

@@ -16,7 +16,7 @@ pub fn report(checked: &Checked<'_>) -> Value {
     let uri = uri(&run.file);
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
     let results: Vec<Value> = findings(checked).iter().map(|finding| result(scene, &uri, finding, &mut seen)).collect();
-    let notices: Vec<Value> = not_examined(scene, outcome).iter().map(|text| notice("warning", text)).collect();
+    let notices: Vec<Value> = not_examined(scene, run, outcome).iter().map(|text| notice("warning", text)).collect();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
     let mut run = log(&results, &json!({ "executionSuccessful": true, "toolExecutionNotifications": notices }));
     // Two programs of one pipeline are two analyses, of which none replaces the other.
