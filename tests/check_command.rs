@@ -512,7 +512,11 @@ fn a_variable_is_set_before_the_program() {
 
 #[test]
 fn what_a_program_leaves_unknown_is_named() {
-    for (program, dialect, told) in [("G0 Z20\nM60\nG0 Z30\nM2", "linuxcnc", "line 2: M60 changes the pallet")] {
+    for (program, dialect, told) in [
+        ("G0 Z20\nM60\nG0 Z30\nM2", "linuxcnc", "line 2: M60 changes the pallet"),
+        ("G0 Z40\nG38.2 Z30 F100\nG0 Z40\nM2", "linuxcnc", "line 2: nothing stops a probe here"),
+        ("G0 Z40.\nG31 Z30. F100.\nG0 Z40.\nM30", "haas", "line 2: nothing stops a probe here"),
+    ] {
         let (folder, _) = mill("G0 Z20\nM2");
         std::fs::write(folder.path().join("own.ngc"), program).unwrap();
         let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];

@@ -487,6 +487,21 @@ fn a_probed_place_is_in_the_programs_units() {
 }
 
 #[test]
+fn what_a_probe_measures_is_not_known() {
+    for (source, setup, stops) in [
+        ("G31X10.F100\nX#5061\nG31X20.\nM30", haas(), false),
+        ("G31X10.F100\nG31X20.\nM30", fanuc(), false),
+        ("G38.2 X10 F100\nG38.4 X0\nM2", linuxcnc(), true),
+        ("G38.3 X10 F100\nG38.5 X0\nM2", linuxcnc(), false),
+    ] {
+        let [note] = &run(source, &setup).notes[..] else { panic!("{source}: one note") };
+        let told = note.to_string();
+        assert!(note.is_unknown && told.starts_with("line 1: nothing stops a probe"), "{source}: {told}");
+        assert!(told.ends_with("(and once more)") && told.contains("the control stops") == stops, "{source}: {told}");
+    }
+}
+
+#[test]
 fn a_step_behind_another_tool_offset_ends_by_the_change_further() {
     // From Z 100 by -10 and by the 50 of H1; the next step is one of 10.
     assert_ends(
