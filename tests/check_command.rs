@@ -346,7 +346,7 @@ fn formats_and_exit_codes() {
         String::from_utf8(output.stdout).unwrap()
     };
     let json: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
-    assert_eq!(json["collides"], true);
+    assert_eq!((&json["collides"], &json["notes"]), (&true.into(), &serde_json::json!([])));
     assert_eq!(json["events"].as_array().unwrap().iter().filter(|e| e["kind"] != "near").count(), 2);
     let first: serde_json::Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
     assert_eq!(first["events"].as_array().unwrap().len(), 1);

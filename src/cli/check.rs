@@ -615,9 +615,12 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
             "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
         })
     });
+    let notes = run.program.notes.iter().map(
+        |note| json!({ "line": note.line, "more": note.more, "not_examined": note.is_unknown, "text": note.text }),
+    );
     json!({
         "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "clear": outcome.is_clear(), "collides": outcome.collides(),
-        "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
+        "events": events.collect::<Vec<_>>(), "notes": notes.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome),
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
