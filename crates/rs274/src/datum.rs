@@ -12,7 +12,7 @@ use super::feed::NO_TRAVEL_MM;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, turn};
-use super::setup::UserCode;
+use super::setup::{MORE_OFFSETS, UserCode};
 
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
@@ -44,6 +44,10 @@ impl Interpreter<'_> {
             let base = ORIGINS + system * ORIGIN_STRIDE;
             self.store(base, &from_canonical(&offset.origin));
             self.parameters.put(base + ROTATION, offset.rotation.to_degrees());
+        }
+        let more = setup.more_work_offsets.range(1..=MORE_OFFSETS);
+        for (&number, origin) in more.filter(|_| setup.dialect.is_fanuc_like()) {
+            self.store(origin_of(LAST_SYSTEM + number as usize), &from_canonical(origin));
         }
         // What is given by number is said more exactly.
         for (name, &value) in &setup.parameters {
