@@ -346,7 +346,7 @@ fn formats_and_exit_codes() {
         String::from_utf8(output.stdout).unwrap()
     };
     let json: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
-    assert_eq!(json["collides"], true);
+    assert_eq!((&json["collides"], &json["notes"]), (&true.into(), &serde_json::json!([])));
     assert_eq!(json["events"].as_array().unwrap().iter().filter(|e| e["kind"] != "near").count(), 2);
     let first: serde_json::Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
     assert_eq!(first["events"].as_array().unwrap().len(), 1);
@@ -507,6 +507,29 @@ fn a_variable_is_set_before_the_program() {
         let mut command = bvbench();
         command.args(["check", "--quiet", "--dialect", "fanuc"]).arg(folder.path()).args(options);
         command.assert().code(code);
+    }
+}
+
+#[test]
+fn what_a_program_leaves_unknown_is_named() {
+    for (program, dialect, told) in [
+        ("G0 Z20\nM60\nG0 Z30\nM2", "linuxcnc", "line 2: M60 changes the pallet"),
+        ("G0 Z40\nG38.2 Z30 F100\nG0 Z40\nM2", "linuxcnc", "line 2: nothing stops a probe here"),
+        ("G0 Z40.\nG31 Z30. F100.\nG0 Z40.\nM30", "haas", "line 2: nothing stops a probe here"),
+    ] {
+        let (folder, _) = mill("G0 Z20\nM2");
+        std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+        let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
+        let mut command = bvbench();
+        command.current_dir(folder.path()).args(["check", "--quiet", ".", "--dialect", dialect]).args(reports);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{program}: {output:?}");
+        let shown = String::from_utf8(output.stdout).unwrap();
+        assert!(shown.contains(&format!("not examined: {told}")), "{program}: {shown}");
+        for report in ["out.sarif", "out.xml"] {
+            let text = std::fs::read_to_string(folder.path().join(report)).unwrap();
+            assert!(text.contains(told), "{program}: {text}");
+        }
     }
 }
 

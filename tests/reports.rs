@@ -79,6 +79,16 @@ fn text(value: &Value) -> &str {
     value.as_str().unwrap_or_else(|| panic!("{value} is no string"))
 }
 
+/// The rules for a place of the program.
+fn lies_in_an_artifact(run: &Value, location: &Value) {
+    let place = &location["physicalLocation"]; // 3.28.3
+    let uri = text(&place["artifactLocation"]["uri"]); // 3.4.3: RFC 3986
+    assert!(uri.chars().all(|c| c.is_ascii_alphanumeric() || "-._~/%:".contains(c)), "{uri}");
+    let artifact = usize::try_from(place["artifactLocation"]["index"].as_u64().unwrap()).unwrap();
+    assert_eq!(text(&run["artifacts"][artifact]["location"]["uri"]), uri); // 3.4.5
+    assert!(place["region"]["startLine"].as_u64().unwrap() >= 1); // 3.30.5
+}
+
 /// The rules of the specification that apply to these logs, by section.
 fn obeys_the_rules(log: &Value) {
     assert_eq!(text(&log["version"]), "2.1.0"); // 3.13.2
@@ -103,7 +113,10 @@ fn obeys_the_rules(log: &Value) {
         assert!(invocation["executionSuccessful"].is_boolean()); // 3.20.14
         for notice in invocation["toolExecutionNotifications"].as_array().unwrap() {
             assert!(!text(&notice["message"]["text"]).is_empty()); // 3.58.5
-            assert!(["warning", "error"].contains(&text(&notice["level"]))); // 3.58.6
+            assert!(["note", "warning", "error"].contains(&text(&notice["level"]))); // 3.58.6
+            for location in notice["locations"].as_array().into_iter().flatten() {
+                lies_in_an_artifact(run, location); // 3.58.4
+            }
         }
     }
     let mut prints = Vec::new();
@@ -112,12 +125,7 @@ fn obeys_the_rules(log: &Value) {
         assert_eq!(ids[index], text(&result["ruleId"])); // 3.27.5, 3.27.6
         assert_eq!(result["level"], rules[index]["defaultConfiguration"]["level"]); // 3.27.10
         assert!(!text(&result["message"]["text"]).is_empty()); // 3.27.11
-        let place = &result["locations"][0]["physicalLocation"]; // 3.27.12, 3.28.3
-        let uri = text(&place["artifactLocation"]["uri"]); // 3.4.3: RFC 3986
-        assert!(uri.chars().all(|c| c.is_ascii_alphanumeric() || "-._~/%:".contains(c)), "{uri}");
-        let artifact = usize::try_from(place["artifactLocation"]["index"].as_u64().unwrap()).unwrap();
-        assert_eq!(text(&run["artifacts"][artifact]["location"]["uri"]), uri); // 3.4.5
-        assert!(place["region"]["startLine"].as_u64().unwrap() >= 1); // 3.30.5
+        lies_in_an_artifact(run, &result["locations"][0]); // 3.27.12
         prints.push(text(&result["partialFingerprints"]["kindPartsBlock/v1"]).to_owned()); // 3.27.17
     }
     ids.sort_unstable();
@@ -401,6 +409,41 @@ fn whatever_fails_a_check_is_in_every_report() {
         assert_eq!((only.name.as_str(), only.kinds[0].as_str()), (&*format!("own.ngc: {case}"), rule));
         let csv = String::from_utf8(output.stdout).unwrap();
         assert!(csv.lines().count() == 2 && csv.lines().nth(1).unwrap().starts_with(&format!("{rule},")), "{csv}");
+    }
+}
+
+#[test]
+fn how_a_program_is_read_is_in_every_report() {
+    // X 5 without a decimal point twice, a zero that nothing has set, and a probe.
+    let folder = scene("G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM30");
+    let reports = ["check", "--quiet", ".", "--dialect", "haas", "--json", "--sarif", "a.sarif", "--junit", "b.xml"];
+    let output = Command::cargo_bin("bvbench").unwrap().current_dir(folder.path()).args(reports).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let wanted = [
+        (2, 1, false, "X has no decimal point"),
+        (3, 0, false, "the origin of G54.1 P12 is zero"),
+        (4, 0, true, "nothing stops a probe here"),
+    ];
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("a.sarif")).unwrap()).unwrap();
+    obeys_the_rules(&log);
+    let notices = log["runs"][0]["invocations"][0]["toolExecutionNotifications"].as_array().unwrap();
+    let located: Vec<&Value> = notices.iter().filter(|notice| notice["locations"].is_array()).collect();
+    let suite = read_junit(&folder.path().join("b.xml"));
+    let case = suite.cases.iter().find(|case| case.name == "own.ngc: how the program is read").unwrap();
+    let (notes, lines) = (json["notes"].as_array().unwrap(), case.texts["system-out"].lines().collect::<Vec<_>>());
+    assert_eq!((notes.len(), located.len(), lines.len()), (3, 3, 3), "{json} {log} {case:?}");
+    for (i, (line, more, is_unknown, told)) in wanted.into_iter().enumerate() {
+        let note = &notes[i];
+        let found = (note["line"].as_u64(), note["more"].as_u64(), note["not_examined"].as_bool());
+        assert_eq!(found, (Some(line), Some(more), Some(is_unknown)), "{note}");
+        assert!(text(&note["text"]).starts_with(told), "{note}");
+        let (level, region) =
+            (text(&located[i]["level"]), &located[i]["locations"][0]["physicalLocation"]["region"]["startLine"]);
+        let wanted_level = if is_unknown { "warning" } else { "note" };
+        assert_eq!((level, region.as_u64()), (wanted_level, Some(line)), "{}", located[i]);
+        assert!(text(&located[i]["message"]["text"]).contains(told), "{}", located[i]);
+        assert!(lines[i].starts_with(&format!("line {line}: {told}")), "{lines:?}");
     }
 }
 

@@ -104,6 +104,43 @@ fn a_tool_by_its_measures_cuts_and_its_holder_collides() {
 }
 
 #[test]
+fn origins_of_g54_1_and_g154_are_given_from_outside() {
+    let folder = folder();
+    let tool = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"];
+    let checked = |system: &str, options: &[&str]| {
+        folder.write("part.ngc", &PROGRAM.replacen("G54", system, 1));
+        let (found, told, code) = check(&folder, &[&tool[..], options].concat());
+        (code, events(&found).len(), told)
+    };
+    for (dialect, system, name) in
+        [("haas", "G154 P12", "G154P12"), ("haas", "G154 P12", "g54.1 p12"), ("fanuc", "G54.1 P298", "G54.1P298")]
+    {
+        let offset = format!("{name}=0,0,-170");
+        let (code, events, told) = checked(system, &["--dialect", dialect, "--offset", &offset]);
+        assert_eq!((code, events, told.contains("nothing has set it")), (Some(0), 0, false), "{system}: {told}");
+    }
+    // At zero the block is above the machine's limit.
+    let (code, _, told) = checked("G154 P12", &["--dialect", "haas"]);
+    assert!(code == Some(1) && told.contains("`--offset G54.1P12=X,Y,Z`"), "{told}");
+    let program =
+        "[program]\nfile = \"part.ngc\"\ndialect = \"haas\"\nwork_offsets = { \"G154P12\" = { z_mm = -170 } }";
+    folder.write("mill/scene.toml", &format!("{MILL}\n{program}{HELD}"));
+    let (code, events, told) = checked("G154 P12", &[]);
+    assert_eq!((code, events), (Some(0), 0), "{told}");
+    for (dialect, name, message) in [
+        ("linuxcnc", "G54.1P1", "`G54.1P1` is not one of G54"),
+        ("fanuc", "G154P1", "G59.3, G54.1P1 to G54.1P298"),
+        ("haas", "G54.1P299", "G54.1P298, G154P1 to G154P99"),
+        ("haas", "G154P100", "`G154P100` is not one of G54"),
+        ("haas", "G54.1P0", "`G54.1P0` is not one of G54"),
+    ] {
+        let offset = format!("{name}=0,0,0");
+        let told = folder.refused(&["check", "mill", "part.ngc", "--dialect", dialect, "--offset", &offset]);
+        assert!(told.contains(message), "{dialect} {name}: {told}");
+    }
+}
+
+#[test]
 fn a_tool_that_is_not_there_is_named_with_what_to_do() {
     let folder = folder();
     let message = folder.refused(&["check", "mill", "part.ngc"]);

@@ -226,7 +226,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         say(serde_json::to_string_pretty(&json)?);
     } else if options.csv {
         say(as_csv(&checked)?.trim_end());
-        not_examined(scene, outcome).iter().for_each(note);
+        not_examined(scene, run, outcome).iter().for_each(note);
     } else {
         print(scene, run, outcome, variant, times);
         left.iter().flat_map(|left| left.lines(scene)).for_each(say);
@@ -357,7 +357,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         "{:.2} s to load the scene; {:.2} s with {id}, {:.2} s of it to build trees: {rate:.0} poses per second",
         times.load_s, times.check_s, times.trees_s
     ));
-    not_examined(scene, outcome).iter().for_each(say);
+    not_examined(scene, run, outcome).iter().for_each(say);
     if collisions.iter().any(|event| event.first.line == 0) {
         say(
             "parts that touch before the first move, because they are built so, belong into `allow` of `[check]` in scene.toml",
@@ -402,7 +402,13 @@ fn tool_without_part(tool: &u32) -> String {
 }
 
 /// What the answer says nothing about, a line each.
-pub(super) fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+pub(super) fn not_examined(scene: &Scene, run: &ProgramRun, outcome: &Outcome) -> Vec<String> {
+    let unknown = run.program.notes.iter().filter(|note| note.is_unknown).map(|note| format!("not examined: {note}"));
+    unknown.chain(not_examined_of_scene(scene, outcome)).collect()
+}
+
+/// The same, but for what is not known of the program.
+fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let Part { name, turns, .. } = &scene.parts[part];
         let why = match turns {
@@ -609,9 +615,12 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
             "first": extent_json(&event.first), "last": extent_json(&event.last), "nearest": extent_json(&event.nearest),
         })
     });
+    let notes = run.program.notes.iter().map(
+        |note| json!({ "line": note.line, "more": note.more, "not_examined": note.is_unknown, "text": note.text }),
+    );
     json!({
         "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "clear": outcome.is_clear(), "collides": outcome.collides(),
-        "events": events.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
+        "events": events.collect::<Vec<_>>(), "notes": notes.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome),
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),

@@ -63,7 +63,9 @@ pub(super) struct Reading {
 
 /// A variable of the program's own and its value.
 fn variable(text: &str) -> Result<(u32, f64), String> {
-    let wrong = || "it must be like 510=-58.4, with a variable from 31 to 4999 or from 10000 to 10999".to_owned();
+    let wrong = || {
+        "it must be like 510=-58.4, with a variable from 31 to 4999 or from 10000 to 10999; `--offset` of `check` sets origins".to_owned()
+    };
     let (number, value) = text.split_once('=').ok_or_else(wrong)?;
     let number = number.trim().parse::<u32>().ok().filter(|&number| matches!(number, 31..=4999 | 10_000..=10_999));
     let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite());

@@ -6,9 +6,9 @@ use super::file::{ControllerFile, PositionFile, ProgramFile, ToolFile, UserCodeF
 use crate::machine::Machine;
 use crate::machine::tip::{TipControl, TipError};
 use rs274::file::LARGEST_PROGRAM;
+use rs274::setup::MORE_OFFSETS;
 use rs274::{
-    Axis, MAX_SAMPLES, Move, MoveKind, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, UserCode,
-    WorkOffset,
+    Axis, Dialect, MAX_SAMPLES, Move, MoveKind, Position, RapidPath, Sample, Sampling, Setup, TooManySamples, UserCode,
 };
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -70,11 +70,8 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     }
     for (name, origin) in &file.work_offsets {
         let wrong = |message| (origin.span(), message);
-        let index = WORK_OFFSETS.iter().position(|known| known == name);
-        let index =
-            index.ok_or_else(|| wrong(format!("work_offsets: `{name}` is not one of {}", WORK_OFFSETS.join(", "))))?;
-        let origin = finite(&format!("work_offsets.{name}"), origin.get_ref().position()).map_err(wrong)?;
-        setup.work_offsets[index] = WorkOffset { origin, rotation: 0.0 };
+        let place = work_offset(&mut setup, name).map_err(|message| wrong(format!("work_offsets: {message}")))?;
+        *place = finite(&format!("work_offsets.{name}"), origin.get_ref().position()).map_err(wrong)?;
     }
     for (name, code) in &file.user_codes {
         let number = name.strip_prefix(['M', 'm']).and_then(|digits| digits.parse().ok());
@@ -96,6 +93,28 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
         }
     }
     Ok(setup)
+}
+
+/// The origin of a work offset by its name: `G54` to `G59.3`, in Fanuc's and Haas's dialects `G54.1P1` and on, too, and in Haas's `G154P1`.
+fn work_offset<'a>(setup: &'a mut Setup, name: &str) -> Result<&'a mut Position, String> {
+    let name = name.to_ascii_uppercase().replace(' ', "");
+    if let Some(index) = WORK_OFFSETS.iter().position(|known| *known == name) {
+        return Ok(&mut setup.work_offsets[index].origin);
+    }
+    let families = [("G54.1P", MORE_OFFSETS), ("G154P", 99)];
+    let count = match setup.dialect {
+        Dialect::LinuxCnc | Dialect::Grbl => 0,
+        Dialect::Fanuc => 1,
+        Dialect::Haas => 2,
+    };
+    let families = &families[..count];
+    let number = families.iter().find_map(|&(family, most)| {
+        let number = name.strip_prefix(family)?.parse::<u32>().ok()?;
+        (1..=most).contains(&number).then_some(number)
+    });
+    let more = || families.iter().map(|(family, most)| format!(", {family}1 to {family}{most}")).collect::<String>();
+    let number = number.ok_or_else(|| format!("`{name}` is not one of {}{}", WORK_OFFSETS.join(", "), more()))?;
+    Ok(setup.more_work_offsets.entry(number).or_default())
 }
 
 /// The tools of a table or a library.
@@ -285,14 +304,12 @@ impl ProgramRun {
         self.program.called_files.iter().filter_map(|file| file.canonicalize().ok())
     }
 
-    /// Sets the origin of a work offset (`G54` to `G59.3`), machine coordinates, mm and radians.
+    /// Sets the origin of a work offset (`G54` to `G59.3`; `G54.1P1` and on, and Haas's `G154P1` and on), machine coordinates, mm and radians.
     ///
     /// # Errors
     /// A message when there is no offset of that name, or the origin is not finite.
     pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
-        let known = WORK_OFFSETS.iter().position(|known| known.eq_ignore_ascii_case(name));
-        let index = known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
-        self.setup.work_offsets[index].origin = finite(name, origin)?;
+        *work_offset(&mut self.setup, name)? = finite(name, origin)?;
         Ok(())
     }
 

@@ -47,10 +47,18 @@ impl Skin {
 
     /// Distance from the surface, mm, negative inside a watertight mesh; where it is more than `beyond_mm`, anything above that.
     pub fn signed_distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
-        let mut least = f64::INFINITY;
-        // The sign is asked only of a point inside the box; there the distance is at most the box's size.
-        let inside = self.nodes[0].squared(p) == 0.0 && self.solid.holds(p);
-        let beyond = if inside { f64::INFINITY } else { beyond_mm * beyond_mm };
+        // Inside, the distance is at most the box's size.
+        if self.holds(p) { -self.distance_mm(p, f64::INFINITY) } else { self.distance_mm(p, beyond_mm) }
+    }
+
+    /// Whether a watertight mesh holds a point. That is exact, and takes longer than the distance.
+    pub fn holds(&self, p: &Point) -> bool {
+        self.nodes[0].squared(p) == 0.0 && self.solid.holds(p)
+    }
+
+    /// Distance from the surface, mm; where it is more than `beyond_mm`, anything above that.
+    pub fn distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
+        let (mut least, beyond) = (f64::INFINITY, beyond_mm * beyond_mm);
         let mut stack = vec![(self.nodes[0].squared(p), 0_u32)];
         while let Some((bound, index)) = stack.pop() {
             if bound >= least || bound > beyond {
@@ -69,7 +77,7 @@ impl Skin {
             }
             stack.extend(children);
         }
-        if inside { -least.sqrt() } else { least.sqrt() }
+        least.sqrt()
     }
 }
 
@@ -142,6 +150,8 @@ mod tests {
             let exact = mesh.triangles().iter().map(|t| point_squared(&p, t)).fold(f64::INFINITY, f64::min).sqrt();
             let found = skin.signed_distance_mm(&p, f64::INFINITY);
             prop_assert!((found.abs() - exact).abs() <= 1e-6 * (1.0 + size), "{found} {exact}");
+            prop_assert_eq!(found.abs(), skin.distance_mm(&p, f64::INFINITY));
+            prop_assert_eq!(found < 0.0, skin.holds(&p) && found != 0.0);
         }
     }
 }

@@ -46,14 +46,13 @@ impl Stock {
         let (resolution, cell) = (self.resolution_mm(), self.cell_mm());
         let mut found = Comparison::default();
         // What is wholly near the part's surface deviates by no more than the resolution.
-        let divides = |centre: &Point, half: f64| {
-            skin.signed_distance_mm(centre, f64::INFINITY).abs() + half * 3f64.sqrt() > resolution
-        };
+        let divides =
+            |centre: &Point, half: f64| skin.distance_mm(centre, f64::INFINITY) + half * 3f64.sqrt() > resolution;
         self.visit(&divides, &mut |centre, half, material| {
             let side = |sign: f64, is_uncut: Option<bool>, deviation: &mut Deviation| {
                 let is_here = |p: &Point| is_uncut.is_none_or(|inside| uncut.holds(p) == inside);
                 let within = Within { skin: &skin, sign, beyond: resolution, cell };
-                within.add(centre, half, &is_here, is_uncut.is_some(), deviation);
+                within.add(centre, half, None, &is_here, is_uncut.is_some(), deviation);
             };
             match material {
                 Material::Gone => {
@@ -101,17 +100,23 @@ struct Within<'a> {
 }
 
 impl Within<'_> {
-    /// Adds the points of a cube.
+    /// Adds the points of a cube. `is_inside` says on which side of the part's surface it is, where that is known: asking takes most of the time.
     fn add(
         &self,
         centre: &Point,
         half: f64,
+        is_inside: Option<bool>,
         is_here: &dyn Fn(&Point) -> bool,
         is_bordered: bool,
         deviation: &mut Deviation,
     ) {
         let radius = half * 3f64.sqrt();
-        let distance = self.sign * self.skin.signed_distance_mm(centre, f64::INFINITY);
+        let away = self.skin.distance_mm(centre, f64::INFINITY);
+        if away + radius <= self.beyond {
+            return;
+        }
+        let is_inside = is_inside.unwrap_or_else(|| self.skin.holds(centre));
+        let distance = if is_inside == (self.sign < 0.0) { away } else { -away };
         if distance + radius <= self.beyond {
             return;
         }
@@ -127,9 +132,12 @@ impl Within<'_> {
         if 2.0 * half <= 1.01 * self.cell {
             return;
         }
+        // A cube through which the surface does not run is on one side.
+        let is_inside = (away > radius).then_some(is_inside);
         for index in 0..8 {
             let side = |k: u32| if index >> k & 1 == 0 { -0.5 * half } else { 0.5 * half };
-            self.add(&(centre + Vector::new(side(0), side(1), side(2))), 0.5 * half, is_here, is_bordered, deviation);
+            let centre = centre + Vector::new(side(0), side(1), side(2));
+            self.add(&centre, 0.5 * half, is_inside, is_here, is_bordered, deviation);
         }
     }
 
@@ -141,7 +149,7 @@ impl Within<'_> {
         let slack = 0.25 * tile;
         let is_beyond = |k: usize| centre[k] + half < tiles.0[k] + slack || centre[k] - half > tiles.1[k] - slack;
         if (0..3).any(is_beyond) {
-            self.add(centre, half, &|_| true, false, deviation);
+            self.add(centre, half, None, &|_| true, false, deviation);
         } else if half > 0.75 * tile {
             for index in 0..8 {
                 let side = |k: u32| if index >> k & 1 == 0 { -0.5 * half } else { 0.5 * half };
@@ -151,7 +159,7 @@ impl Within<'_> {
         }
     }
 
-    /// The greatest distance in a cube that counts as a whole.
+    /// The greatest distance in a cube that counts as a whole, and so is on one side of the surface.
     fn deepest(&self, centre: &Point, half: f64, distance: f64, deviation: &mut Deviation) {
         deviation.greatest_mm = deviation.greatest_mm.max(distance);
         let at_most = distance + half * 3f64.sqrt();
@@ -161,7 +169,7 @@ impl Within<'_> {
         for index in 0..8 {
             let side = |k: u32| if index >> k & 1 == 0 { -0.5 * half } else { 0.5 * half };
             let at = centre + Vector::new(side(0), side(1), side(2));
-            let distance = self.sign * self.skin.signed_distance_mm(&at, f64::INFINITY);
+            let distance = self.skin.distance_mm(&at, f64::INFINITY);
             self.deepest(&at, 0.5 * half, distance, deviation);
         }
     }

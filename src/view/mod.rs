@@ -48,7 +48,7 @@ pub struct Choice<'a> {
     /// Zones and tolerance of `check`.
     pub settings: Settings,
     /// What the check says nothing about, a line each.
-    pub notes: fn(&Scene, &Outcome) -> Vec<String>,
+    pub notes: fn(&Scene, &ProgramRun, &Outcome) -> Vec<String>,
 }
 
 /// Most levels of a tree that a page may hold: 2¹² volumes of each part are more than an eye can tell apart.
@@ -101,7 +101,7 @@ pub fn gather(
         data.distances = distances::along(scene, &path, &motion, &outcome, &models, progress);
         data.events = events::all(scene, &path, &motion, &outcome, &models);
         data.faults = events::faults(scene, &path, &motion, &outcome);
-        data.notes = (choice.notes)(scene, &outcome);
+        data.notes = (choice.notes)(scene, run, &outcome);
     }
     progress.begin("drawing trees", (choice.variants.len() * scene.parts.len()) as u64);
     for &variant in &choice.variants {

@@ -12,7 +12,7 @@ use super::feed::NO_TRAVEL_MM;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, turn};
-use super::setup::UserCode;
+use super::setup::{MORE_OFFSETS, UserCode};
 
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
@@ -44,6 +44,10 @@ impl Interpreter<'_> {
             let base = ORIGINS + system * ORIGIN_STRIDE;
             self.store(base, &from_canonical(&offset.origin));
             self.parameters.put(base + ROTATION, offset.rotation.to_degrees());
+        }
+        let more = setup.more_work_offsets.range(1..=MORE_OFFSETS);
+        for (&number, origin) in more.filter(|_| setup.dialect.is_fanuc_like()) {
+            self.store(origin_of(LAST_SYSTEM + number as usize), &from_canonical(origin));
         }
         // What is given by number is said more exactly.
         for (name, &value) in &setup.parameters {
@@ -253,8 +257,13 @@ impl Interpreter<'_> {
         self.tool_offset(values, code).is_ok_and(|offset| offset == wanted)
     }
 
-    /// M codes of the machine's own.
+    /// M codes of the machine's own, and M60, after which another workpiece may be there.
     pub(super) fn obey_user_code(&mut self, values: &Values) -> Result<(), Fault> {
+        if values.number(Group::Stop) == Some(60) {
+            let told =
+                "M60 changes the pallet: what comes in is not known; what follows is checked on the stock that was cut";
+            self.note_unknown(told.to_owned());
+        }
         let Some(code) = values.code(Group::User) else { return Ok(()) };
         ['p', 'q'].iter().for_each(|&letter| {
             values.take(letter);

@@ -109,6 +109,8 @@ pub struct Note {
     pub line: u32,
     /// How many further lines it is about.
     pub more: u32,
+    /// Whether the machine may do there what the moves do not show.
+    pub is_unknown: bool,
     /// What it is.
     pub text: String,
 }
@@ -219,7 +221,8 @@ pub(super) fn fanuc_m(number: i32, dialect: Dialect) -> Meaning {
         | 109..=149
         | 154
         | 155 => Meaning::Noted,
-        50 => Meaning::Unknown,
+        // Pallets.
+        50 | 60 => Meaning::Unknown,
         _ => Meaning::Common,
     }
 }

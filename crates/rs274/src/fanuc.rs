@@ -8,13 +8,14 @@ use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
 use super::offsets::{Values9, from_canonical};
+use super::setup::MORE_OFFSETS;
 
 /// Origins of G54.1 P1 to P48, and of the further ones.
 const FIRST_ORIGINS: usize = 7001;
 const FURTHER_ORIGINS: usize = 14_001;
 const FIRST_COUNT: usize = 48;
 /// Most coordinate systems behind G59.
-const MORE_SYSTEMS: i32 = 298;
+const MORE_SYSTEMS: i32 = MORE_OFFSETS as i32;
 
 /// Where the origin of a system stands among the variables.
 pub(super) const fn origin_of(system: usize) -> usize {
@@ -115,8 +116,11 @@ impl Interpreter<'_> {
             return Ok(index.unsigned_abs() as usize);
         };
         let system = SYSTEMS + more - 1;
-        if self.load(origin_of(system)) == [0.0; 9] {
-            self.note(format!("the origin of G54.1 P{more} is zero: nothing has set it"));
+        let is_given = self.setup.more_work_offsets.contains_key(&(more as u32));
+        if !is_given && self.load(origin_of(system)) == [0.0; 9] {
+            self.note(format!(
+                "the origin of G54.1 P{more} is zero: nothing has set it (`--offset G54.1P{more}=X,Y,Z`)"
+            ));
         }
         Ok(system)
     }

@@ -34,7 +34,7 @@ const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 /// Most lines that are found wrong before a program is given up: many of them may be one error, or one line of a loop.
 const MOST_FAULTS: usize = 1000;
 
-/// Most different notes on one program.
+/// Most different notes on one program, but for what is not known.
 const MOST_NOTES: usize = 100;
 
 /// What a program comes to.
@@ -89,7 +89,7 @@ fn all_in_one(errors: Vec<(usize, Fault)>, text: &Source) -> GcodeError {
 }
 
 fn parse(line: &str, setup: &Setup) -> Result<Block, Fault> {
-    if line.trim() == "%" || (setup.block_delete && line.trim_start().starts_with('/')) {
+    if matches!(source::bare(line), "" | "%") || (setup.block_delete && line.trim_start().starts_with('/')) {
         return Ok(Block::default());
     }
     Block::parse(line, setup.dialect)
@@ -297,10 +297,19 @@ impl<'a> Interpreter<'a> {
 
     /// Notes what the reader should know, once, with how often it is so.
     pub fn note(&mut self, text: String) {
+        self.add_note(text, false);
+    }
+
+    /// The same of what the machine may do otherwise than the moves show.
+    pub fn note_unknown(&mut self, text: String) {
+        self.add_note(text, true);
+    }
+
+    fn add_note(&mut self, text: String, is_unknown: bool) {
         if let Some(note) = self.notes.iter_mut().find(|note| note.text == text) {
             note.more = note.more.saturating_add(1);
-        } else if self.notes.len() < MOST_NOTES {
-            self.notes.push(Note { line: self.line, more: 0, text });
+        } else if is_unknown || self.notes.len() < MOST_NOTES {
+            self.notes.push(Note { line: self.line, more: 0, is_unknown, text });
         }
     }
 

@@ -269,7 +269,7 @@ impl Interpreter<'_> {
         }
     }
 
-    /// G38.2 to G38.5: as when the probe meets nothing; parameters 5061 to 5070 say so.
+    /// G31 and G38.2 to G38.5: as when the probe meets nothing; parameters 5061 to 5070 say so.
     pub(super) fn probe(&mut self, values: &Values) -> Result<(), Fault> {
         let target = self.target(values);
         let start = self.position;
@@ -277,6 +277,11 @@ impl Interpreter<'_> {
         let back = if length > NO_TRAVEL_MM { self.setup.probe_stops_short_mm / length } else { 0.0 };
         self.feed_to(std::array::from_fn(|i| target[i] + back * (start[i] - target[i])), values)?;
         self.note_probe();
+        let ends = match self.modes.motion {
+            Some(382 | 384) => "; at G38.2 and G38.4 that meet nothing the control stops",
+            _ => "",
+        };
+        self.note_unknown(format!("nothing stops a probe here: it goes to the end of its move, and what the program makes of #5061 to #5069 is not what the machine measures{ends}"));
         Ok(())
     }
 

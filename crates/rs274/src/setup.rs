@@ -14,6 +14,9 @@ pub struct WorkOffset {
     pub rotation: f64,
 }
 
+/// Highest P of G54.1.
+pub const MORE_OFFSETS: u32 = 298;
+
 /// An entry of the tool table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tool {
@@ -72,6 +75,8 @@ pub struct Setup {
     pub start: Position,
     /// G54, G55, ... G59, G59.1, G59.2, G59.3.
     pub work_offsets: [WorkOffset; 9],
+    /// Origins of G54.1 P1 to [`MORE_OFFSETS`] by the number of P, machine coordinates, mm and radians; Haas's G154 has the same. Other dialects have none.
+    pub more_work_offsets: BTreeMap<u32, Position>,
     /// The tool table.
     pub tools: BTreeMap<u32, Tool>,
     /// The tool in the spindle; 0 is none.

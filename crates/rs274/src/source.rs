@@ -25,7 +25,12 @@ pub(super) fn every_line(text: &str) -> impl Iterator<Item = &str> {
     text.strip_prefix('\u{feff}').unwrap_or(text).lines().flat_map(|line| line.split('\r'))
 }
 
-/// The same, copied.
+/// A line without the spaces and control characters around it: tapes and serial links put NUL, DC1 to DC4 and Ctrl-Z beside the `%` signs.
+pub(super) fn bare(line: &str) -> &str {
+    line.trim_matches(|c: char| c.is_whitespace() || c.is_control())
+}
+
+/// The lines of [`every_line`], copied.
 ///
 /// # Errors
 /// When there are more than `MAX_LINES`, with the number of the first that is too many.
@@ -192,8 +197,8 @@ impl Source {
 /// # Errors
 /// When words stand on both sides of a `%` and nothing tells which the control reads.
 fn program_lines(lines: &[String], parse: Parse, like_fanuc: bool) -> Result<Range<usize>, (u32, Cause)> {
-    let sign_from = |from: usize| lines.iter().skip(from).position(|line| line.trim() == "%").map(|i| from + i);
-    let first_line = lines.iter().position(|line| !line.trim().is_empty()).unwrap_or(0);
+    let sign_from = |from: usize| lines.iter().skip(from).position(|line| bare(line) == "%").map(|i| from + i);
+    let first_line = lines.iter().position(|line| !bare(line).is_empty()).unwrap_or(0);
     let Some(first) = sign_from(0) else { return Ok(0..lines.len()) };
     let second = sign_from(first + 1).unwrap_or(lines.len());
     if first == first_line {

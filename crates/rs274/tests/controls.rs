@@ -465,11 +465,40 @@ fn system_variables_take_effect_or_are_errors() {
 }
 
 #[test]
+fn what_another_pallet_brings_in_is_not_known() {
+    let source = "G0 X1\nM60\nX2\nM30";
+    for code in ["M50", "M60"] {
+        for setup in [haas(), fanuc()] {
+            assert_refused(&source.replace("M60", code), &setup, "2:1", &format!("ignore it (`--ignore {code}`)"));
+        }
+    }
+    let ignored = ["M60".parse().unwrap()].into();
+    assert_end(source, &Setup { ignored, ..haas() }, [2.0, 0.0, 0.0]);
+    let [note] = &run(source, &linuxcnc()).notes[..] else { panic!("one note") };
+    assert!(note.is_unknown && note.to_string().starts_with("line 2: M60 changes the pallet"), "{note}");
+}
+
+#[test]
 fn a_probed_place_is_in_the_programs_units() {
     assert_ends("G20 F10\nG38.2 X2\nG0 X0\nX#5061\nM2", &linuxcnc(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
     assert_ends("G20F10.\nG31X2.\nG0X0\nX#5061\nM30", &haas(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
     let source = "G98F10.\nG31X40.\nG0X0\nX#5061\nM30";
     assert_ends(source, &lathe(), &[[20.0, 0.0, 0.0], [0.0; 3], [20.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn what_a_probe_measures_is_not_known() {
+    for (source, setup, stops) in [
+        ("G31X10.F100\nX#5061\nG31X20.\nM30", haas(), false),
+        ("G31X10.F100\nG31X20.\nM30", fanuc(), false),
+        ("G38.2 X10 F100\nG38.4 X0\nM2", linuxcnc(), true),
+        ("G38.3 X10 F100\nG38.5 X0\nM2", linuxcnc(), false),
+    ] {
+        let [note] = &run(source, &setup).notes[..] else { panic!("{source}: one note") };
+        let told = note.to_string();
+        assert!(note.is_unknown && told.starts_with("line 1: nothing stops a probe"), "{source}: {told}");
+        assert!(told.ends_with("(and once more)") && told.contains("the control stops") == stops, "{source}: {told}");
+    }
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod support;
 
 use rs274::{Axis, Dialect, Limits, MoveKind, Position, Setup, Tool, interpret};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 use support::{assert_ends, ends, refused, run};
@@ -302,6 +303,22 @@ fn there_are_more_coordinate_systems() {
     let program = run("G54.1P298G0X1.\nM30", &fanuc());
     assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
     assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));
+    // Given from outside; a number that there is not, and another dialect, change nothing.
+    let at = |x| Position([x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let more_work_offsets: BTreeMap<u32, Position> =
+        [(0, 9.0), (2, 7.0), (3, 0.0), (298, 5.0), (299, 9.0)].map(|(n, x)| (n, at(x))).into();
+    for (source, setup, expected) in [
+        ("G54.1P2G0X1.\nM30", fanuc(), 8.0),
+        ("G154P298G0X1.\nM30", haas(), 6.0),
+        ("G20G54.1P2G0X0.\nM30", fanuc(), 7.0),
+        ("G54.1P3G0X1.\nM30", fanuc(), 1.0),
+        ("G59G0X1.\nM30", fanuc(), 1.0),
+        ("G59.3 G0 X1\nM30", Setup::default(), 1.0),
+    ] {
+        let program = run(source, &Setup { more_work_offsets: more_work_offsets.clone(), ..setup });
+        support::assert_near(ends(&program)[0], [expected, 0.0, 0.0], source);
+        assert!(program.notes.is_empty(), "{source}: {:?}", program.notes);
+    }
     assert_ends("G10L2P1X5.\nG54G0X1.\nG91G10L2P1X2.\nG90X1.\nM30", &fanuc(), &[[6.0, 0.0, 0.0], [8.0, 0.0, 0.0]]);
     // G10 L10 sets a length, L12 a radius.
     assert_ends("G10L10P5R20.\nG43H5G0Z1.\nM30", &fanuc(), &[[0.0, 0.0, 21.0]]);

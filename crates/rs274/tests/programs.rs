@@ -4,7 +4,7 @@
 mod support;
 
 use proptest::prelude::*;
-use rs274::{Axis, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
+use rs274::{Axis, Dialect, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
 use support::ends;
@@ -15,6 +15,19 @@ fn run(source: &str) -> Program {
 
 fn assert_ends(source: &str, expected: &[[f64; 3]]) {
     support::assert_ends(source, &Setup::default(), expected);
+}
+
+#[test]
+fn control_characters_around_a_programs_lines_are_nothing() {
+    for source in
+        ["%\nG0 X1\nM2\n%\n\u{1a}", "\u{12}%\nG0 X1\nM2\n%\n\u{14}", "G0 X1\nM2\n%\n\u{14}", "\0\0%\nG0 X1\nM2\n%\n\0"]
+    {
+        for setup in [Setup::default(), Setup { dialect: Dialect::Haas, ..Setup::default() }] {
+            support::assert_ends(source, &setup, &[[1.0, 0.0, 0.0]]);
+        }
+    }
+    // Beside words they are errors.
+    assert!(support::refused("G0 X1 \u{14} Y2\nM2", &Setup::default()).contains("unexpected character"));
 }
 
 #[test]

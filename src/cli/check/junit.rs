@@ -1,5 +1,5 @@
 //! Findings as JUnit XML: what test pages of continuous integration show. A test case for each examined pair, and one each for the limits of the
-//! axes, the tools, the wanted part and the proof; attributes are those that all readers of the format allow.
+//! axes, the tools, the wanted part, the proof and how the program is read; attributes are those that all readers of the format allow.
 
 use super::findings::{Finding, findings};
 use super::{Checked, not_examined, tool_without_part};
@@ -61,8 +61,11 @@ pub fn report(checked: &Checked<'_>) -> Result<String> {
         let of_rule: Vec<&Finding<'_>> = found.iter().filter(|finding| finding.rule.id == id).collect();
         cases.extend(is_asked.then(|| case(name, &of_rule)));
     }
+    let notes: Vec<String> = run.program.notes.iter().map(ToString::to_string).collect();
+    let name = format!("{program}: how the program is read");
+    cases.push(Case { name, failed: None, output: notes.join("\n") });
     let tools: Vec<String> = outcome.tools_without_parts.iter().map(tool_without_part).collect();
-    for text in not_examined(scene, outcome).into_iter().filter(|text| !tools.contains(text)) {
+    for text in not_examined(scene, run, outcome).into_iter().filter(|text| !tools.contains(text)) {
         let what = text.strip_prefix("not examined: ").unwrap_or(&text);
         let failed = Some(("skipped", String::new(), "not examined".to_owned(), String::new()));
         cases.push(Case { name: format!("{program}: {what}"), failed, output: String::new() });

@@ -1,7 +1,7 @@
 //! Findings as SARIF 2.1.0 (OASIS 2020): what code hosts and editors show at the line of the program.
 
 use super::findings::{Finding, RULES, findings};
-use super::{Checked, not_examined};
+use super::{Checked, not_examined_of_scene};
 use crate::scene::Scene;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -16,7 +16,14 @@ pub fn report(checked: &Checked<'_>) -> Value {
     let uri = uri(&run.file);
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
     let results: Vec<Value> = findings(checked).iter().map(|finding| result(scene, &uri, finding, &mut seen)).collect();
-    let notices: Vec<Value> = not_examined(scene, outcome).iter().map(|text| notice("warning", text)).collect();
+    let of_program = run.program.notes.iter().map(|note| {
+        let level = if note.is_unknown { "warning" } else { "note" };
+        let mut notice = notice(level, &note.to_string());
+        notice["locations"] = json!([location(&uri, &json!({ "startLine": note.line.max(1) }))]);
+        notice
+    });
+    let of_scene = not_examined_of_scene(scene, outcome);
+    let notices: Vec<Value> = of_scene.iter().map(|text| notice("warning", text)).chain(of_program).collect();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
     let mut run = log(&results, &json!({ "executionSuccessful": true, "toolExecutionNotifications": notices }));
     // Two programs of one pipeline are two analyses, of which none replaces the other.
@@ -49,6 +56,10 @@ fn log(results: &[Value], invocation: &Value) -> Value {
     json!({ "tool": { "driver": driver }, "invocations": [invocation], "results": results })
 }
 
+fn location(uri: &str, region: &Value) -> Value {
+    json!({ "physicalLocation": { "artifactLocation": { "uri": uri, "index": 0 }, "region": region } })
+}
+
 fn notice(level: &str, text: &str) -> Value {
     json!({ "level": level, "message": { "text": text } })
 }
@@ -70,7 +81,7 @@ fn result(scene: &Scene, uri: &str, finding: &Finding<'_>, seen: &mut BTreeMap<S
         "ruleId": rule.id, "ruleIndex": RULES.iter().position(|known| known.id == rule.id),
         "level": if rule.is_note { "note" } else { "error" },
         "message": { "text": message },
-        "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri, "index": 0 }, "region": region } }],
+        "locations": [location(uri, &region)],
         "partialFingerprints": { "kindPartsBlock/v1": fingerprint },
         "properties": {
             "parts": parts, "time_s": time_s, "least_mm": at.map(|(least_mm, _)| least_mm),
