@@ -499,6 +499,21 @@ fn lines_with_a_slash_are_skipped_when_asked() {
 }
 
 #[test]
+fn x_words_of_a_lathe_are_what_its_control_begins_with() {
+    for (dialect, program, meets) in [
+        ("linuxcnc", "G21 G0 Z5\nG0 X70\nM2", true),
+        ("linuxcnc", "G21 G7 G0 Z5\nG0 X70\nM2", false),
+        ("grbl", "G21 G0 Z5\nG0 X70\nM2", true),
+        ("fanuc", "G21 G0 Z5.\nG0 X70.\nM30", false),
+        ("haas", "G21 G0 Z5.\nG0 X70.\nM30", false),
+    ] {
+        let control = format!("[program]\ncontroller = \"lathe\"\ndialect = \"{dialect}\"\n");
+        let told = told_by(&MILL.replacen("[program]\n", &control, 1), program);
+        assert_eq!(!told.is_empty(), meets, "{dialect} {program}: {told:?}");
+    }
+}
+
+#[test]
 fn a_variable_is_set_before_the_program() {
     let (folder, _) = mill("G0 Z20\nG0 Z#510\nM2");
     for (options, code) in

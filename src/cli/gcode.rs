@@ -16,13 +16,13 @@ const INCH_MM: f64 = 25.4;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode O0001.nc --dialect fanuc      macros, subprograms and cycles of a Fanuc control\n  bvbench program gcode part.ngc --ignore M31 --ignore G187\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode O0001.nc --dialect fanuc      macros, subprograms and cycles of a Fanuc control\n  bvbench program gcode part.ngc --ignore M31 --ignore G187\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
 )]
 pub struct Options {
     /// The program (RS274/NGC)
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
-    /// Begin as a lathe does: G18 and G7
+    /// Begin as a lathe does: G18, and with diameters in the dialects fanuc and haas
     #[arg(long)]
     lathe: bool,
     /// Tool table in LinuxCNC's form

@@ -238,7 +238,7 @@ pub enum ControllerFile {
     /// G17, G8.
     #[default]
     Mill,
-    /// G18, G7.
+    /// G18; X words are diameters in the dialects `fanuc` and `haas`, in the others from G7 on.
     Lathe,
 }
 

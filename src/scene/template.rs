@@ -236,7 +236,7 @@ impl NewScene {
             quoted(&self.program)
         );
         if self.chain.is_lathe {
-            *text += "controller = \"lathe\" # G18 and diameters\n";
+            *text += "controller = \"lathe\" # G18; X words are diameters of Fanuc's and Haas's controls, of LinuxCNC's under G7\n";
         }
         *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
         let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
@@ -275,8 +275,10 @@ impl NewScene {
 
     /// A program that moves each axis a little and back, to check the direction of each.
     pub fn jog(&self) -> String {
-        let mut text = String::from("(moves each axis up and back: does it go the right way?)\nG21 G90 G94 G53 G0");
         // Programs of lathes give diameters.
+        let diameters = if self.chain.is_lathe { " G7" } else { "" };
+        let mut text =
+            format!("(moves each axis up and back: does it go the right way?)\nG21{diameters} G90 G94 G53 G0");
         let factor = |axis: Axis| if self.chain.is_lathe && axis == Axis::X { 2.0 } else { 1.0 };
         let word = |axis: Axis, at: f64| format!(" {}{}", axis.letter(), at * factor(axis));
         for axis in self.chain.axes() {

@@ -37,6 +37,10 @@ const MOST_FAULTS: usize = 1000;
 /// Most different notes on one program.
 const MOST_NOTES: usize = 100;
 
+/// Note on the first X of a lathe of LinuxCNC's whose program has not said what it is.
+const NO_DIAMETER_CODE: &str =
+    "no G7 or G8 comes before this X, which is read as a radius, as LinuxCNC begins; G7 makes X words diameters";
+
 /// What a program comes to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
@@ -120,6 +124,8 @@ pub(super) struct Interpreter<'a> {
     pub offset_change: Values9,
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
+    /// Whether the reader knows if X words are diameters: by G7 or G8, by the control, or by a note.
+    pub knows_diameter: bool,
     pub control: Control,
     pub compensation: Compensation,
     /// From the end of a G5 to the control point of the next that continues it.
@@ -163,7 +169,7 @@ impl<'a> Interpreter<'a> {
                 feed_mode: if setup.is_fanuc_lathe() { FeedMode::PerRevolution } else { FeedMode::PerMinute },
                 inches: setup.inches,
                 system: 0,
-                diameter: setup.diameter,
+                diameter: setup.is_fanuc_lathe(),
                 retract_to_r: !setup.dialect.is_fanuc_like(),
                 constant_surface_speed: false,
                 feed: 0.0,
@@ -199,6 +205,7 @@ impl<'a> Interpreter<'a> {
             numbers: OffsetNumbers::default(),
             offset_change: [0.0; 9],
             waiting_tool: None,
+            knows_diameter: setup.plane != Plane::Zx || setup.dialect != Dialect::LinuxCnc,
             control: Control::default(),
             moves: Vec::new(),
             notes: Vec::new(),
@@ -304,6 +311,15 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// Notes what the reader should know of words that have turned out to be lengths.
+    fn note_lengths(&mut self, values: &Values) {
+        values.late_notes().for_each(|note| self.note(note));
+        if !self.knows_diameter && values.is_length('x') {
+            self.knows_diameter = true;
+            self.note(NO_DIAMETER_CODE.to_owned());
+        }
+    }
+
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     pub(super) fn execute(
         &mut self,
@@ -328,18 +344,18 @@ impl<'a> Interpreter<'a> {
         self.obey_datum_codes(&values)?;
         if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
             let next = self.contour_cycle(lines, table, &values, code, at)?;
-            values.late_notes().for_each(|note| self.note(note));
+            self.note_lengths(&values);
             values.check_all_used()?;
             return Ok(Next::Line(next));
         }
         if let Some(code) = values.code(Group::Motion).filter(|code| is_profile_cycle(code.number)) {
             self.profile_cycle(lines, table, &values, code)?;
-            values.late_notes().for_each(|note| self.note(note));
+            self.note_lengths(&values);
             values.check_all_used()?;
             return Ok(Next::Line(at + 1));
         }
         self.obey_motion(&values)?;
-        values.late_notes().for_each(|note| self.note(note));
+        self.note_lengths(&values);
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
             self.modes.spindle = Spindle::Still;
         }

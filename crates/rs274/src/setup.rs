@@ -78,8 +78,6 @@ pub struct Setup {
     pub tool: u32,
     /// The plane before any G17, G18 or G19.
     pub plane: Plane,
-    /// G7 before any G7 or G8: X words are diameters.
-    pub diameter: bool,
     /// G20 before any G20 or G21.
     pub inches: bool,
     /// Where G28 goes, axis positions.
@@ -108,14 +106,15 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// A lathe: as the default, with G18 and G7.
+    /// A lathe: as the default, with G18. X words are diameters in the dialects `fanuc` and `haas`, and radii (G8) until G7 in the others.
     #[must_use]
     pub fn lathe() -> Self {
-        Self { plane: Plane::Zx, diameter: true, ..Self::default() }
+        Self { plane: Plane::Zx, ..Self::default() }
     }
 
-    /// Whether programs are those of a Fanuc or Haas lathe: G-code system A, U and W as steps, T with an offset's number.
-    pub(super) fn is_fanuc_lathe(&self) -> bool {
+    /// Whether programs are those of a Fanuc or Haas lathe: X words as diameters, G-code system A, U and W as steps, T with an offset's number.
+    #[must_use]
+    pub fn is_fanuc_lathe(&self) -> bool {
         self.dialect.is_fanuc_like() && self.plane == Plane::Zx
     }
 }
