@@ -420,8 +420,9 @@ fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
 fn every_template_makes_a_scene_that_loads() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
-    for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
-        let name = format!("new-{}", kind.replace(' ', ""));
+    let named = ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe"];
+    for kind in named.into_iter().chain(["w A b X Z t", "lathe: w C b Z X Y t"]) {
+        let name = format!("new-{}", kind.replace([' ', ':'], ""));
         let output = folder.run(&[
             "scene",
             "new",
@@ -435,6 +436,8 @@ fn every_template_makes_a_scene_that_loads() {
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{kind}: {told}");
         assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
+        let text = std::fs::read_to_string(folder.path(&format!("{name}/scene.toml"))).unwrap();
+        assert_eq!(text.contains("\ncontroller = \"lathe\""), kind.starts_with("lathe"), "{kind}: {text}");
     }
 }
 

@@ -10,6 +10,9 @@ use rs274::Axis;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+/// Before a chain, what makes its machine a lathe; also the name of the lathe with a usual chain.
+const LATHE: &str = "lathe";
+
 /// Distance by which the first program moves each axis, mm and degrees.
 const JOG: f64 = 10.0;
 /// Feed rate of the first program, mm/min and degrees/min.
@@ -43,7 +46,7 @@ pub const TEMPLATES: [Template; 8] = [
         about: "5-axis gantry: fork head turns about C and tilts about A",
         chain: "w b X Y Z C A t",
     },
-    Template { name: "lathe", about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
+    Template { name: LATHE, about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
 ];
 
 /// The axes that carry the workpiece and those that carry the tool, each listed from the base outwards.
@@ -56,19 +59,26 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Finds a template's chain by its name, or parses a written chain.
+    /// Finds a template's chain by its name, or parses a written chain. `lathe:` before it makes its machine a lathe, and so does the
+    /// chain of the template.
     ///
     /// # Errors
     /// A message that lists the templates.
     pub fn find(text: &str) -> Result<Self, String> {
+        let lathe = text.strip_prefix(LATHE).and_then(|rest| rest.trim_start().strip_prefix(':'));
         let named = TEMPLATES.iter().find(|template| template.name == text);
-        let chain = Self::parse(named.map_or(text, |template| template.chain));
-        let mut chain = chain.map_err(|why| {
+        let chain = Self::parse(named.map_or(lathe.unwrap_or(text), |template| template.chain));
+        let chain = chain.map_err(|why| {
             let names: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
-            format!("`{text}` is neither one of {} nor a chain such as \"w X Y b Z t\": {why}", names.join(", "))
+            format!(
+                "`{text}` is neither one of {} nor a chain such as \"w X Y b Z t\" or \"lathe: w C b Z X Y t\": {why}",
+                names.join(", ")
+            )
         })?;
-        chain.is_lathe = text == "lathe";
-        Ok(chain)
+        let is_template =
+            || TEMPLATES.iter().any(|of| of.name == LATHE && Self::parse(of.chain).as_ref() == Ok(&chain));
+        let is_lathe = lathe.is_some() || is_template();
+        Ok(Self { is_lathe, ..chain })
     }
 
     fn parse(text: &str) -> Result<Self, String> {
@@ -235,9 +245,11 @@ impl NewScene {
             "\n[program]\nfile = {} # `bvbench check FOLDER other.ngc` runs another one\n",
             quoted(&self.program)
         );
-        if self.chain.is_lathe {
-            *text += "controller = \"lathe\" # G18; X words are diameters of Fanuc's and Haas's controls, of LinuxCNC's under G7\n";
-        }
+        *text += if self.chain.is_lathe {
+            "controller = \"lathe\" # G18; X words are diameters of Fanuc's and Haas's controls, of LinuxCNC's under G7\n"
+        } else {
+            "# controller = \"lathe\" # for a lathe: programs begin in G18, and the workpiece turns\n"
+        };
         *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
         let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
         if start.is_empty() {
@@ -317,11 +329,23 @@ mod tests {
             ("w X Z t", "no b"),
             ("w X b X t", "X occurs twice"),
             ("w b t", "no axis"),
+            ("lathe:", "it must begin with w"),
+            ("lathes: w C b Z X t", "neither one of mill"),
         ] {
             let error = Chain::find(wrong).unwrap_err();
             assert!(error.contains(why), "{error}");
         }
         assert!(TEMPLATES.iter().all(|template| Chain::find(template.name).is_ok()));
+        for (text, is_lathe) in [
+            ("lathe", true),
+            ("w C b Z X t", true),
+            ("lathe: w C b Z X Y t", true),
+            ("lathe:wCbZXYt", true),
+            ("w C b Z X Y t", false),
+            ("rotary", false),
+        ] {
+            assert_eq!(Chain::find(text).unwrap().is_lathe, is_lathe, "{text}");
+        }
     }
 
     #[test]
