@@ -416,6 +416,45 @@ fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     assert_eq!(std::fs::read_to_string(folder.path("shop/jog.ngc")).unwrap(), "G0 Y1\nM2\n");
 }
 
+/// A lathe whose tool post meets a guard where X is at 80 mm, a radius, and not where it is at 50 mm.
+const LATHE: &str = r#"
+title = "a lathe"
+[[machine.links]]
+name = "carriage"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "slide"
+parent = "carriage"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "guard"
+at = { xyz_mm = [105, 0, 100] }
+shape = { kind = "rounded-box", size_mm = [10, 100, 400] }
+[[parts]]
+name = "post"
+role = "holder"
+link = "slide"
+at = { xyz_mm = [20, 0, 50] }
+shape = { kind = "rounded-box", size_mm = [20, 20, 20] }
+[program]
+file = "part.nc"
+controller = "lathe"
+"#;
+
+#[test]
+fn an_offset_of_a_lathe_is_what_g10_sets() {
+    let folder = Folder::with(&[("lathe/scene.toml", LATHE), ("lathe/part.nc", "M30\n")]);
+    // The origin is 30 mm from zero where it is a diameter, and 60 mm where it is a radius.
+    for (dialect, x, code) in [("fanuc", 220, 1), ("haas", 220, 1), ("linuxcnc", 110, 0), ("grbl", 110, 0)] {
+        for (sets, options) in [("G10 L2 P1 X-60.", &[][..]), ("", &["--offset", "G54=-60,0,0"])] {
+            folder.write("own.nc", &format!("G21\n{sets}\nG54\nG0 X{x}.\nM30\n"));
+            let check = ["check", "lathe", "own.nc", "--quiet", "--clearance", "0", "--dialect", dialect];
+            let output = folder.run(&[&check[..], options].concat());
+            assert_eq!(output.status.code(), Some(code), "{dialect} {options:?}: {output:?}");
+        }
+    }
+}
+
 #[test]
 fn every_template_makes_a_scene_that_loads() {
     let folder = folder();

@@ -36,7 +36,8 @@ pub struct Subject {
     pub program: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
-    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; repeatable
+    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; X is a diameter on Fanuc's and
+    /// Haas's lathes, as on their offset page; repeatable
     #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
     offsets: Vec<String>,
     /// Take tools from a LinuxCNC tool table in place of the scene's

@@ -285,14 +285,19 @@ impl ProgramRun {
         self.program.called_files.iter().filter_map(|file| file.canonicalize().ok())
     }
 
-    /// Sets the origin of a work offset (`G54` to `G59.3`), machine coordinates, mm and radians.
+    /// Sets the origin of a work offset (`G54` to `G59.3`), machine coordinates, mm and radians. As on the control's offset page, and in G10 L2,
+    /// X of Fanuc's and Haas's lathes is a diameter.
     ///
     /// # Errors
     /// A message when there is no offset of that name, or the origin is not finite.
     pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
         let known = WORK_OFFSETS.iter().position(|known| known.eq_ignore_ascii_case(name));
         let index = known.ok_or_else(|| format!("`{name}` is not one of {}", WORK_OFFSETS.join(", ")))?;
-        self.setup.work_offsets[index].origin = finite(name, origin)?;
+        let mut origin = finite(name, origin)?;
+        if self.setup.is_fanuc_lathe() {
+            origin[Axis::X] /= 2.0;
+        }
+        self.setup.work_offsets[index].origin = origin;
         Ok(())
     }
 

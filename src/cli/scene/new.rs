@@ -36,7 +36,7 @@ pub struct Options {
     /// A point on the line of a rotary axis in the drawing, mm; repeatable [default: 0,0,0]
     #[arg(long = "pivot", value_name = "AXIS=X,Y,Z")]
     pivots: Vec<String>,
-    /// Limits of an axis, mm or degrees; repeatable [default: none]
+    /// Limits of an axis, mm or degrees of its own way, so that X of a lathe is a radius; repeatable [default: none]
     #[arg(long = "limits", value_name = "AXIS=MIN,MAX")]
     limits: Vec<String>,
     /// Unit of the mesh files: mm, cm, m or inch [default: the format's: metres in GLB, its own in 3MF, else mm]
