@@ -153,16 +153,19 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
     let block = bvbench::geometry::import::load(Path::new(&path("parts/block.stl")), None).unwrap().mesh;
     let raised = block.triangles().into_iter().map(|t| t.map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 10.0)));
     let raised: Vec<_> = raised.collect();
-    let text = raised.iter().map(|t| {
-        let vertices = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
-        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
-    });
-    std::fs::write(path("block.stl"), format!("solid block\n{}endsolid block\n", text.collect::<String>())).unwrap();
-    let (code, gouged) = json(&["--target", &path("block.stl")]);
-    let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
-    let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
-    assert!(code == Some(1) && gouged["clear"] == false, "{gouged}");
-    assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{gouge}");
+    for (unit_mm, unit) in [(1.0, ""), (25.4, ":inch")] {
+        let text = raised.iter().map(|t| {
+            let vertices = t.corners.map(|p| p / unit_mm).map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+            format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+        });
+        let text = format!("solid block\n{}endsolid block\n", text.collect::<String>());
+        std::fs::write(path("block.stl"), text).unwrap();
+        let (code, gouged) = json(&["--target", &path(&format!("block.stl{unit}"))]);
+        let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
+        let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
+        assert!(code == Some(1) && gouged["clear"] == false, "{unit}: {gouged}");
+        assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{unit}: {gouge}");
+    }
     let (code, _, error) = run(&["--target", &path("no.stl")]);
     assert!(code == Some(2) && error.contains("--target"), "{error}");
     let (code, _, error) = run(&["--stock-resolution", "0"]);
