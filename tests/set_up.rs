@@ -481,6 +481,18 @@ fn every_template_makes_a_scene_that_loads() {
 }
 
 #[test]
+fn a_new_scene_goes_home_within_its_limits() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let parts = ["--part", "parts/spindle.stl:holder", "parts/jaw.stl:fixture"];
+    let new = [&["scene", "new", "shop", "--machine", "mill", "--limits", "Z=20,300"][..], &parts].concat();
+    assert!(folder.run(&new).status.success());
+    folder.write("home.ngc", "G21 G90\nG28\nM2\n");
+    let output = folder.run(&["check", "shop", "home.ngc", "--quiet", "--clearance", "0"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+}
+
+#[test]
 fn a_new_scene_of_a_vise_alone_takes_tool_and_stock() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());

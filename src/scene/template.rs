@@ -252,10 +252,9 @@ impl NewScene {
         };
         *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
         let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
-        if start.is_empty() {
-            *text += "# start = { z_mm = 300 } # where the axes stand at first\n";
-        } else {
-            let _ = writeln!(text, "start = {{ {} }} # where the axes stand at first", start.join(", "));
+        let (off, at) = if start.is_empty() { ("# ", "z_mm = 300".to_owned()) } else { ("", start.join(", ")) };
+        for (key, why) in [("start", "where the axes stand at first"), ("home", "where G28 goes")] {
+            let _ = writeln!(text, "{off}{key} = {{ {at} }} # {why}, machine coordinates");
         }
         *text += "# work_offsets = { G54 = { x_mm = 0, y_mm = 0, z_mm = 0 } } # machine coordinates; `--offset G54=X,Y,Z` for a single run\n\
                   # tool_change = { Z = 0 } # where M6 changes tools; without it, where the machine stands\n\
@@ -366,7 +365,9 @@ mod tests {
             jog.contains("G53 G0 Y0 X0 Z20\n") && jog.contains("G1 X-5\nG1 X0\n") && jog.contains("G1 Z30\n"),
             "{jog}"
         );
-        assert!(scene.toml().contains("start = { z_mm = 20.0 }"));
+        for key in ["start", "home"] {
+            assert!(scene.toml().contains(&format!("\n{key} = {{ z_mm = 20.0 }}")), "{key}");
+        }
     }
 
     #[test]
