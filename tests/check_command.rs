@@ -517,6 +517,26 @@ fn x_words_of_a_lathe_are_what_its_control_begins_with() {
 }
 
 #[test]
+fn a_program_without_a_unit_is_read_as_mm_with_a_note_or_as_asked() {
+    // The clamp is from X60 to X80, up to Z20: 2.7 inches are 68.6 mm, 0.2 inches are 5.1 mm.
+    let program = "G90 G0 Z0.2\nG0 X2.7\nM2";
+    let scene = MILL.replacen("[program]\n", "[program]\nunits = \"inch\"\n", 1);
+    for (text, options, code, is_told) in [
+        (MILL, &[][..], 0, true),
+        (MILL, &["--units", "mm"], 0, false),
+        (MILL, &["--units", "inch"], 1, false),
+        (scene.as_str(), &[], 1, false),
+        (scene.as_str(), &["--units", "mm"], 0, false),
+    ] {
+        let (folder, _) = scene_of(text, program);
+        let output = bvbench().args(["check", "--quiet", "--clearance", "0"]).arg(folder.path()).args(options).output();
+        let output = output.unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.contains("read as mm")), (Some(code), is_told), "{options:?}: {told}");
+    }
+}
+
+#[test]
 fn a_variable_is_set_before_the_program() {
     let (folder, _) = mill("G0 Z20\nG0 Z#510\nM2");
     for (options, code) in

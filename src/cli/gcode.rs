@@ -5,7 +5,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
 use rs274::{
-    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, canonical, read_parameter_file, read_tool_table,
+    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, Units, canonical, read_parameter_file,
+    read_tool_table,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -50,6 +51,9 @@ pub(super) struct Reading {
     /// The control that the program is written for: linuxcnc, fanuc, haas or grbl [default: the scene's, else linuxcnc]
     #[arg(long, value_name = "NAME")]
     dialect: Option<Dialect>,
+    /// The unit of lengths before any G20 or G21: mm or inch [default: the scene's, else mm with a note]
+    #[arg(long, value_name = "UNIT")]
+    units: Option<Units>,
     /// Skip a G or M code, with a note; repeatable
     #[arg(long, value_name = "CODE")]
     ignore: Vec<CodeName>,
@@ -74,10 +78,12 @@ impl Reading {
     /// Changes what the controller knows; whether that changes anything.
     pub(super) fn apply(&self, setup: &mut Setup) -> bool {
         setup.dialect = self.dialect.unwrap_or(setup.dialect);
+        setup.units = self.units.or(setup.units);
         setup.block_delete |= self.block_delete;
         setup.ignored.extend(&self.ignore);
         setup.parameters.extend(self.variable.iter().map(|(number, value)| (number.to_string(), *value)));
-        self.dialect.is_some() || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
+        let names_control = self.dialect.is_some() || self.units.is_some();
+        names_control || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
     }
 }
 

@@ -65,6 +65,9 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     if let Some(dialect) = &file.dialect {
         setup.dialect = dialect.get_ref().parse().map_err(|message| (dialect.span(), message))?;
     }
+    if let Some(units) = &file.units {
+        setup.units = Some(units.get_ref().parse().map_err(|message| (units.span(), message))?);
+    }
     for code in &file.ignored_codes {
         setup.ignored.insert(code.get_ref().parse().map_err(|message| (code.span(), message))?);
     }

@@ -250,7 +250,8 @@ impl NewScene {
         } else {
             "# controller = \"lathe\" # for a lathe: programs begin in G18, and the workpiece turns\n"
         };
-        *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
+        *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n\
+                  # units = \"inch\" # of programs before any G20 or G21; without it, mm with a note\n";
         let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
         let (off, at) = if start.is_empty() { ("# ", "z_mm = 300".to_owned()) } else { ("", start.join(", ")) };
         for (key, why) in [("start", "where the axes stand at first"), ("home", "where G28 goes")] {

@@ -413,6 +413,11 @@ impl Values {
         }
     }
 
+    /// Whether the block has a length other than 0.
+    pub fn has_length(&self) -> bool {
+        self.lengths.get() != 0
+    }
+
     /// Whether a word is there, is not 0, and has turned out to be a length.
     pub fn is_length(&self, letter: char) -> bool {
         self.lengths.get() >> slot(letter) & 1 == 1

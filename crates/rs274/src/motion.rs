@@ -27,6 +27,7 @@ impl Interpreter<'_> {
         }
         if let Some(units) = values.number(Group::Units) {
             self.modes.inches = units == 200;
+            self.knows_units = true;
         }
         if let Some(diameter) = values.number(Group::Diameter) {
             self.modes.diameter = diameter == 70;

@@ -4,6 +4,28 @@ use super::canonical::{Plane, Position};
 use super::dialect::{CodeName, Dialect};
 use super::kinematics::Kinematics;
 use std::collections::{BTreeMap, BTreeSet};
+use std::str::FromStr;
+
+/// The unit of a program's lengths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// G21.
+    Mm,
+    /// G20.
+    Inch,
+}
+
+impl FromStr for Units {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "mm" => Ok(Self::Mm),
+            "inch" => Ok(Self::Inch),
+            _ => Err(format!("there are no units `{name}`; there are mm, inch")),
+        }
+    }
+}
 
 /// One work coordinate system: its origin in machine coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -78,8 +100,8 @@ pub struct Setup {
     pub tool: u32,
     /// The plane before any G17, G18 or G19.
     pub plane: Plane,
-    /// G20 before any G20 or G21.
-    pub inches: bool,
+    /// The unit before any G20 or G21; `None` reads mm, with a note at the first length.
+    pub units: Option<Units>,
     /// Where G28 goes, axis positions.
     pub home: Position,
     /// Where G30 goes, axis positions.

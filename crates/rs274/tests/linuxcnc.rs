@@ -2,7 +2,7 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, MoveKind, Plane, Program, Setup, Tool};
+use rs274::{Axis, Dialect, MoveKind, Plane, Program, Setup, Tool, Units};
 use std::f64::consts::TAU;
 use support::assert_near;
 
@@ -528,4 +528,26 @@ fn a_lathe_begins_in_radii_and_a_note_says_so() {
         assert_eq!(is_told, is_noted, "{dialect} {source}: {:?}", program.notes);
     }
     assert!(!run("G0 X80\nM2").notes.iter().any(|note| note.text.contains("radius")), "a mill has no diameters");
+}
+
+#[test]
+fn a_length_before_g20_and_g21_is_noted_unless_the_setup_has_its_unit() {
+    for dialect in Dialect::ALL {
+        for (units, source, x, is_noted) in [
+            (None, "G0 X2.", 2.0, true),
+            (None, "G91 G0 X2.\nG20 X1.", 27.4, true),
+            (None, "G20 G0 X2.", 50.8, false),
+            (None, "G0 X0 A90.\nG21 X2.", 2.0, false),
+            (Some(Units::Mm), "G0 X2.", 2.0, false),
+            (Some(Units::Inch), "G0 X2.", 50.8, false),
+            (Some(Units::Inch), "G21 G0 X2.", 2.0, false),
+        ] {
+            let program = support::run(&format!("{source}\nM30"), &Setup { dialect, units, ..Setup::default() });
+            assert_near(end(&program), [x, 0.0, 0.0], source);
+            let is_told = program.notes.iter().any(|note| note.line == 1 && note.text.contains("read as mm"));
+            assert_eq!(is_told, is_noted, "{dialect} {units:?} {source}: {:?}", program.notes);
+        }
+    }
+    assert_eq!("inch".parse::<Units>(), Ok(Units::Inch));
+    assert!("inches".parse::<Units>().unwrap_err().contains("mm, inch"));
 }

@@ -155,6 +155,7 @@ fn wrong_values_are_told_at_their_own_place() {
         (program, "start = { x_mm = 51 }", "9: axis X at 51 mm is outside its limits"),
         (program, "home = { z_mm = inf }", "8: home is not finite"),
         (program, "second_home = { z_mm = inf }", "15: second_home is not finite"),
+        (program, "units = \"cm\"", "9: there are no units `cm`; there are mm, inch"),
         (program, "home = { x_mm = 51 }", "8: axis X at 51 mm is outside its limits"),
         (program, "second_home = { x_mm = -101 }", "15: axis X at -101 mm is outside its limits"),
         (program, "work_offsets = { G60 = { z_mm = 1 } }", "24: work_offsets: `G60` is not one of G54,"),
