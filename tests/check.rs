@@ -261,11 +261,11 @@ shape = { kind = "rounded-box", size_mm = [10, 4, 10] }
 file = "own.ngc"
 controller = "lathe"
 "#;
-    let found = outcome_of(text, "M3 S100 G1 X-100 F200\nM2");
+    let found = outcome_of(text, "G7 M3 S100 G1 X-100 F200\nM2");
     assert!(found.is_clear(), "{:?}", found.events);
     assert_eq!(found.as_drawn, [2]);
     // X counts as a diameter: 20 mm nearer the insert meets the chuck's end, as drawn or not.
-    let found = outcome_of(text, "M3 S100 G1 X-150 F200\nM2");
+    let found = outcome_of(text, "G7 M3 S100 G1 X-150 F200\nM2");
     assert!(!found.is_clear());
 }
 

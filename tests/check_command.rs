@@ -153,16 +153,19 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
     let block = bvbench::geometry::import::load(Path::new(&path("parts/block.stl")), None).unwrap().mesh;
     let raised = block.triangles().into_iter().map(|t| t.map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 10.0)));
     let raised: Vec<_> = raised.collect();
-    let text = raised.iter().map(|t| {
-        let vertices = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
-        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
-    });
-    std::fs::write(path("block.stl"), format!("solid block\n{}endsolid block\n", text.collect::<String>())).unwrap();
-    let (code, gouged) = json(&["--target", &path("block.stl")]);
-    let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
-    let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
-    assert!(code == Some(1) && gouged["clear"] == false, "{gouged}");
-    assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{gouge}");
+    for (unit_mm, unit) in [(1.0, ""), (25.4, ":inch")] {
+        let text = raised.iter().map(|t| {
+            let vertices = t.corners.map(|p| p / unit_mm).map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+            format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+        });
+        let text = format!("solid block\n{}endsolid block\n", text.collect::<String>());
+        std::fs::write(path("block.stl"), text).unwrap();
+        let (code, gouged) = json(&["--target", &path(&format!("block.stl{unit}"))]);
+        let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
+        let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
+        assert!(code == Some(1) && gouged["clear"] == false, "{unit}: {gouged}");
+        assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{unit}: {gouge}");
+    }
     let (code, _, error) = run(&["--target", &path("no.stl")]);
     assert!(code == Some(2) && error.contains("--target"), "{error}");
     let (code, _, error) = run(&["--stock-resolution", "0"]);
@@ -495,6 +498,41 @@ fn lines_with_a_slash_are_skipped_when_asked() {
             command.arg("--block-delete");
         }
         command.assert().code(code);
+    }
+}
+
+#[test]
+fn x_words_of_a_lathe_are_what_its_control_begins_with() {
+    for (dialect, program, meets) in [
+        ("linuxcnc", "G21 G0 Z5\nG0 X70\nM2", true),
+        ("linuxcnc", "G21 G7 G0 Z5\nG0 X70\nM2", false),
+        ("grbl", "G21 G0 Z5\nG0 X70\nM2", true),
+        ("fanuc", "G21 G0 Z5.\nG0 X70.\nM30", false),
+        ("haas", "G21 G0 Z5.\nG0 X70.\nM30", false),
+    ] {
+        let control = format!("[program]\ncontroller = \"lathe\"\ndialect = \"{dialect}\"\n");
+        let told = told_by(&MILL.replacen("[program]\n", &control, 1), program);
+        assert_eq!(!told.is_empty(), meets, "{dialect} {program}: {told:?}");
+    }
+}
+
+#[test]
+fn a_program_without_a_unit_is_read_as_mm_with_a_note_or_as_asked() {
+    // The clamp is from X60 to X80, up to Z20: 2.7 inches are 68.6 mm, 0.2 inches are 5.1 mm.
+    let program = "G90 G0 Z0.2\nG0 X2.7\nM2";
+    let scene = MILL.replacen("[program]\n", "[program]\nunits = \"inch\"\n", 1);
+    for (text, options, code, is_told) in [
+        (MILL, &[][..], 0, true),
+        (MILL, &["--units", "mm"], 0, false),
+        (MILL, &["--units", "inch"], 1, false),
+        (scene.as_str(), &[], 1, false),
+        (scene.as_str(), &["--units", "mm"], 0, false),
+    ] {
+        let (folder, _) = scene_of(text, program);
+        let output = bvbench().args(["check", "--quiet", "--clearance", "0"]).arg(folder.path()).args(options).output();
+        let output = output.unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.contains("read as mm")), (Some(code), is_told), "{options:?}: {told}");
     }
 }
 

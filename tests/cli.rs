@@ -453,7 +453,7 @@ fn shells_and_manual_readers_get_every_verb() {
 #[cfg(target_os = "linux")]
 fn output_that_cannot_be_written_is_an_error_and_a_reader_that_left_is_none() {
     let folder = Folder::with_scene();
-    folder.write("p.ngc", "G0 X1\nM2\n");
+    folder.write("p.ngc", "G21 G0 X1\nM2\n");
     for arguments in [
         &["list"][..],
         &["list", "--json"],

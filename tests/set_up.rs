@@ -453,12 +453,52 @@ fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     assert_eq!(std::fs::read_to_string(folder.path("shop/jog.ngc")).unwrap(), "G0 Y1\nM2\n");
 }
 
+/// A lathe whose tool post meets a guard where X is at 80 mm, a radius, and not where it is at 50 mm.
+const LATHE: &str = r#"
+title = "a lathe"
+[[machine.links]]
+name = "carriage"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "slide"
+parent = "carriage"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[parts]]
+name = "guard"
+at = { xyz_mm = [105, 0, 100] }
+shape = { kind = "rounded-box", size_mm = [10, 100, 400] }
+[[parts]]
+name = "post"
+role = "holder"
+link = "slide"
+at = { xyz_mm = [20, 0, 50] }
+shape = { kind = "rounded-box", size_mm = [20, 20, 20] }
+[program]
+file = "part.nc"
+controller = "lathe"
+"#;
+
+#[test]
+fn an_offset_of_a_lathe_is_what_g10_sets() {
+    let folder = Folder::with(&[("lathe/scene.toml", LATHE), ("lathe/part.nc", "M30\n")]);
+    // The origin is 30 mm from zero where it is a diameter, and 60 mm where it is a radius.
+    for (dialect, x, code) in [("fanuc", 220, 1), ("haas", 220, 1), ("linuxcnc", 110, 0), ("grbl", 110, 0)] {
+        for (sets, options) in [("G10 L2 P1 X-60.", &[][..]), ("", &["--offset", "G54=-60,0,0"])] {
+            folder.write("own.nc", &format!("G21\n{sets}\nG54\nG0 X{x}.\nM30\n"));
+            let check = ["check", "lathe", "own.nc", "--quiet", "--clearance", "0", "--dialect", dialect];
+            let output = folder.run(&[&check[..], options].concat());
+            assert_eq!(output.status.code(), Some(code), "{dialect} {options:?}: {output:?}");
+        }
+    }
+}
+
 #[test]
 fn every_template_makes_a_scene_that_loads() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
-    for kind in ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe", "w A b X Z t"] {
-        let name = format!("new-{}", kind.replace(' ', ""));
+    let named = ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe"];
+    for kind in named.into_iter().chain(["w A b X Z t", "lathe: w C b Z X Y t"]) {
+        let name = format!("new-{}", kind.replace([' ', ':'], ""));
         let output = folder.run(&[
             "scene",
             "new",
@@ -472,7 +512,21 @@ fn every_template_makes_a_scene_that_loads() {
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{kind}: {told}");
         assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
+        let text = std::fs::read_to_string(folder.path(&format!("{name}/scene.toml"))).unwrap();
+        assert_eq!(text.contains("\ncontroller = \"lathe\""), kind.starts_with("lathe"), "{kind}: {text}");
     }
+}
+
+#[test]
+fn a_new_scene_goes_home_within_its_limits() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let parts = ["--part", "parts/spindle.stl:holder", "parts/jaw.stl:fixture"];
+    let new = [&["scene", "new", "shop", "--machine", "mill", "--limits", "Z=20,300"][..], &parts].concat();
+    assert!(folder.run(&new).status.success());
+    folder.write("home.ngc", "G21 G90\nG28\nM2\n");
+    let output = folder.run(&["check", "shop", "home.ngc", "--quiet", "--clearance", "0"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
 }
 
 #[test]

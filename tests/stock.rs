@@ -400,7 +400,7 @@ fn outside_insert([rho, z]: [f64; 2], [x, at]: [f64; 2]) -> f64 {
 }
 
 fn lathe(ways: &[(bool, [f64; 2])]) -> Scene {
-    let mut program = String::from("M3 S500 F200\n");
+    let mut program = String::from("G7 M3 S500 F200\n");
     for (is_feed, [x, z]) in ways {
         let _ = writeln!(program, "G{} X{:.6} Z{z:.6}", u8::from(*is_feed), 2.0 * x);
     }

@@ -15,6 +15,7 @@ use super::subject::{SET_UP_EXAMPLES, Subject, is_new_or_written};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::geometry::Mesh;
+use crate::geometry::import::FileInUnit;
 use crate::machine::OutOfLimits;
 use crate::measure::{Progress, timer};
 use crate::record::file::write_text;
@@ -80,9 +81,10 @@ struct StockOptions {
     /// cylinder of --stock
     #[arg(long, value_name = "FILE.stl")]
     stock_out: Option<PathBuf>,
-    /// Compare what is left with the wanted part, a mesh file in mm in the same frame as --stock-out: gouges and rests
-    #[arg(long, value_name = "FILE")]
-    target: Option<PathBuf>,
+    /// Compare what is left with the wanted part, a mesh file in the same frame as --stock-out: gouges and rests. UNIT is mm, cm, m or inch [default: the
+    /// format's: metres in GLB, its own in 3MF, else mm]
+    #[arg(long, value_name = "FILE[:UNIT]")]
+    target: Option<FileInUnit>,
 }
 
 /// A resolution, or `none`.
@@ -110,14 +112,15 @@ struct Reports {
 impl Reports {
     /// Refuses files that are no place for what is written: what is read, devices, folders. `read` are the scene's files, where it is loaded.
     fn refuse_bad_files(&self, subject: &Subject, stock: &StockOptions, read: &[PathBuf]) -> Result<()> {
+        let target = stock.target.as_ref().map(|target| target.path.clone());
         let files = [
             ("--sarif", &self.sarif),
             ("--junit", &self.junit),
             ("--certify", &self.certify),
             ("--stock-out", &stock.stock_out),
-            ("--target", &stock.target),
+            ("--target", &target),
         ];
-        let read = [read, stock.target.as_slice()].concat();
+        let read = [read, target.as_slice()].concat();
         for (option, file) in &files[..4] {
             file.as_deref().map(|file| subject.refuse_output(option, file, &read)).transpose()?;
         }

@@ -5,7 +5,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
 use rs274::{
-    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, canonical, read_parameter_file, read_tool_table,
+    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, Units, canonical, read_parameter_file,
+    read_tool_table,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -16,13 +17,13 @@ const INCH_MM: f64 = 25.4;
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              diameters and the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode O0001.nc --dialect fanuc      macros, subprograms and cycles of a Fanuc control\n  bvbench program gcode part.ngc --ignore M31 --ignore G187\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
+    after_help = "Examples:\n  bvbench program gcode part.ngc                      a line for each move, mm and degrees\n  bvbench program gcode part.ngc --lathe              the ZX plane to begin with\n  bvbench program gcode part.ngc --tool-table mill.tbl --var mill.var\n  bvbench program gcode O0001.nc --dialect fanuc      macros, subprograms and cycles of a Fanuc control\n  bvbench program gcode part.ngc --ignore M31 --ignore G187\n  bvbench program gcode part.ngc --json | jq '.[] | select(.kind == \"rapid\")'\n\nExit code 2 when the program cannot be interpreted; the message names file, line, column and word."
 )]
 pub struct Options {
     /// The program (RS274/NGC)
     #[arg(value_name = "PROGRAM")]
     program: PathBuf,
-    /// Begin as a lathe does: G18 and G7
+    /// Begin as a lathe does: G18, and with diameters in the dialects fanuc and haas
     #[arg(long)]
     lathe: bool,
     /// Tool table in LinuxCNC's form
@@ -50,6 +51,9 @@ pub(super) struct Reading {
     /// The control that the program is written for: linuxcnc, fanuc, haas or grbl [default: the scene's, else linuxcnc]
     #[arg(long, value_name = "NAME")]
     dialect: Option<Dialect>,
+    /// The unit of lengths before any G20 or G21: mm or inch [default: the scene's, else mm with a note]
+    #[arg(long, value_name = "UNIT")]
+    units: Option<Units>,
     /// Skip a G or M code, with a note; repeatable
     #[arg(long, value_name = "CODE")]
     ignore: Vec<CodeName>,
@@ -76,10 +80,12 @@ impl Reading {
     /// Changes what the controller knows; whether that changes anything.
     pub(super) fn apply(&self, setup: &mut Setup) -> bool {
         setup.dialect = self.dialect.unwrap_or(setup.dialect);
+        setup.units = self.units.or(setup.units);
         setup.block_delete |= self.block_delete;
         setup.ignored.extend(&self.ignore);
         setup.parameters.extend(self.variable.iter().map(|(number, value)| (number.to_string(), *value)));
-        self.dialect.is_some() || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
+        let names_control = self.dialect.is_some() || self.units.is_some();
+        names_control || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
     }
 }
 

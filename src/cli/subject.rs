@@ -37,7 +37,7 @@ pub struct Subject {
     #[command(flatten)]
     reading: Reading,
     /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; in the dialects fanuc and haas G54.1P12, too, and
-    /// in haas G154P12; repeatable
+    /// in haas G154P12; X is a diameter on Fanuc's and Haas's lathes, as on their offset page; repeatable
     #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
     offsets: Vec<String>,
     /// Take tools from a LinuxCNC tool table in place of the scene's

@@ -193,10 +193,7 @@ pub enum Solid {
 /// # Errors
 /// [`UrdfError`], with the name of the faulty element.
 pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<(Machine, Vec<Body>), UrdfError> {
-    if text.contains("<xacro:") {
-        return Err(UrdfError::Xacro);
-    }
-    check_nesting(text)?;
+    check_elements(text)?;
     let robot = urdf_rs::read_from_string(text).map_err(|error| UrdfError::Syntax(error.to_string()))?;
     let axes = axes(&robot, letters)?;
     let parents = parents(&robot)?;
@@ -219,8 +216,8 @@ pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<
     Ok((machine, bodies))
 }
 
-/// Refuses elements that are nested too deeply, by pulling one event after the other, which needs no stack.
-fn check_nesting(text: &str) -> Result<(), UrdfError> {
+/// Refuses elements of xacro, and elements that are nested too deeply, by pulling one event after the other, which needs no stack.
+fn check_elements(text: &str) -> Result<(), UrdfError> {
     let mut xml = Reader::from_str(text);
     // A tag that closes another element than it names is told by the parser that reads the robot.
     xml.config_mut().check_end_names = false;
@@ -228,6 +225,9 @@ fn check_nesting(text: &str) -> Result<(), UrdfError> {
     let mut depth = 0_usize;
     loop {
         match xml.read_event().map_err(|error| UrdfError::Syntax(error.to_string()))? {
+            Event::Start(tag) | Event::Empty(tag) if tag.name().0.starts_with("xacro:") => {
+                return Err(UrdfError::Xacro);
+            }
             Event::Start(_) => depth += 1,
             Event::End(_) => depth = depth.saturating_sub(1),
             Event::Eof => return Ok(()),

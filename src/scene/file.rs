@@ -161,6 +161,8 @@ pub struct ProgramFile {
     pub controller: ControllerFile,
     /// The control that the program is written for: `linuxcnc`, `fanuc`, `haas` or `grbl`.
     pub dialect: Option<Spanned<String>>,
+    /// The unit of lengths before any G20 or G21: `mm` or `inch`; when absent, mm with a note.
+    pub units: Option<Spanned<String>>,
     /// Codes that are skipped, as in `["G187", "M31"]`.
     #[serde(default)]
     pub ignored_codes: Vec<Spanned<String>>,
@@ -238,7 +240,7 @@ pub enum ControllerFile {
     /// G17, G8.
     #[default]
     Mill,
-    /// G18, G7.
+    /// G18; X words are diameters in the dialects `fanuc` and `haas`, in the others from G7 on.
     Lathe,
 }
 

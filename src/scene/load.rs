@@ -366,9 +366,15 @@ fn read_setup(
     tip: Option<&TipControl>,
 ) -> Result<Setup, SceneError> {
     let mut setup = program::setup(file).map_err(|wrong| document.meaning(wrong))?;
-    // Where the machine stands without `start`, the program that needs it is to blame.
-    let start = || document.place(&file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span));
-    machine.check_limits(&setup.start).map_err(|cause| SceneError::OutOfLimits { place: start(), cause })?;
+    let check = |position: &Position, span: Range<usize>| {
+        let place = document.place(&span);
+        machine.check_limits(position).map_err(|cause| SceneError::OutOfLimits { place, cause })
+    };
+    // Where the machine stands without `start`, the program that needs it is to blame; without a home, the block that goes there.
+    check(&setup.start, file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span))?;
+    for (home, position) in [(&file.home, &setup.home), (&file.second_home, &setup.second_home)] {
+        home.as_ref().map(|home| check(position, home.span())).transpose()?;
+    }
     setup.kinematics = tip.map(|tip| tip.kinematics(machine));
     Ok(setup)
 }

@@ -65,6 +65,9 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     if let Some(dialect) = &file.dialect {
         setup.dialect = dialect.get_ref().parse().map_err(|message| (dialect.span(), message))?;
     }
+    if let Some(units) = &file.units {
+        setup.units = Some(units.get_ref().parse().map_err(|message| (units.span(), message))?);
+    }
     for code in &file.ignored_codes {
         setup.ignored.insert(code.get_ref().parse().map_err(|message| (code.span(), message))?);
     }
@@ -304,12 +307,17 @@ impl ProgramRun {
         self.program.called_files.iter().filter_map(|file| file.canonicalize().ok())
     }
 
-    /// Sets the origin of a work offset (`G54` to `G59.3`; `G54.1P1` and on, and Haas's `G154P1` and on), machine coordinates, mm and radians.
+    /// Sets the origin of a work offset (`G54` to `G59.3`; `G54.1P1` and on, and Haas's `G154P1` and on), machine coordinates, mm and radians. As on the
+    /// control's offset page, and in G10 L2, X of Fanuc's and Haas's lathes is a diameter.
     ///
     /// # Errors
     /// A message when there is no offset of that name, or the origin is not finite.
     pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
-        *work_offset(&mut self.setup, name)? = finite(name, origin)?;
+        let mut origin = finite(name, origin)?;
+        if self.setup.is_fanuc_lathe() {
+            origin[Axis::X] /= 2.0;
+        }
+        *work_offset(&mut self.setup, name)? = origin;
         Ok(())
     }
 

@@ -2,11 +2,12 @@
 
 use super::folder::LARGEST_FILE;
 use super::{Part, Role};
-use crate::geometry::import::{self, Unit};
+use crate::geometry::import::{self, FileInUnit};
 use crate::geometry::shapes::round::Cylinder;
 use crate::geometry::shapes::{RoundedBox, Shape, Tessellation};
 use crate::geometry::{Isometry, Mesh, Vector};
-use std::path::{Path, PathBuf};
+use std::ffi::OsStr;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The name of the part that represents the stock.
@@ -27,7 +28,7 @@ pub struct StockSpec {
 enum Form {
     Box([f64; 3]),
     Cylinder { diameter: f64, length: f64 },
-    File { path: PathBuf, unit: Option<Unit> },
+    File(FileInUnit),
 }
 
 impl StockSpec {
@@ -53,10 +54,7 @@ impl StockSpec {
             lengths("cylinder", &sizes)?;
             Form::Cylinder { diameter: sizes[0], length: sizes[1] }
         } else {
-            // A unit behind the file's name: blank.stl:inch.
-            let unit = what.rsplit_once(':').and_then(|(path, unit)| Some((path, Unit::named(unit)?)));
-            let (path, unit) = unit.map_or((what, None), |(path, unit)| (path, Some(unit)));
-            Form::File { path: path.into(), unit }
+            Form::File(OsStr::new(what).into())
         };
         Ok(Self { form, at })
     }
@@ -64,7 +62,7 @@ impl StockSpec {
     /// The mesh file, if it is one.
     pub fn file(&self) -> Option<&Path> {
         match &self.form {
-            Form::File { path, .. } => Some(path),
+            Form::File(file) => Some(&file.path),
             Form::Box(_) | Form::Cylinder { .. } => None,
         }
     }
@@ -93,7 +91,7 @@ impl StockSpec {
                 });
                 (solid(&shape, self.at.unwrap_or([0.0, 0.0, -length]))?, Some(shape), None)
             }
-            Form::File { path, unit } => {
+            Form::File(FileInUnit { path, unit }) => {
                 let wrong = |why: &dyn std::fmt::Display| format!("{}: {why}", path.display());
                 let bytes = rs274::file::bytes(path, LARGEST_FILE)
                     .map_err(|why| format!("{} (or give box:X,Y,Z or cylinder:DIAMETER,LENGTH)", wrong(&why)))?;

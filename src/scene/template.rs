@@ -10,6 +10,9 @@ use rs274::Axis;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+/// Before a chain, what makes its machine a lathe; also the name of the lathe with a usual chain.
+const LATHE: &str = "lathe";
+
 /// Distance by which the first program moves each axis, mm and degrees.
 const JOG: f64 = 10.0;
 /// Feed rate of the first program, mm/min and degrees/min.
@@ -43,7 +46,7 @@ pub const TEMPLATES: [Template; 8] = [
         about: "5-axis gantry: fork head turns about C and tilts about A",
         chain: "w b X Y Z C A t",
     },
-    Template { name: "lathe", about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
+    Template { name: LATHE, about: "lathe: spindle C, turret in Z and X", chain: "w C b Z X t" },
 ];
 
 /// The axes that carry the workpiece and those that carry the tool, each listed from the base outwards.
@@ -56,19 +59,26 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// Finds a template's chain by its name, or parses a written chain.
+    /// Finds a template's chain by its name, or parses a written chain. `lathe:` before it makes its machine a lathe, and so does the
+    /// chain of the template.
     ///
     /// # Errors
     /// A message that lists the templates.
     pub fn find(text: &str) -> Result<Self, String> {
+        let lathe = text.strip_prefix(LATHE).and_then(|rest| rest.trim_start().strip_prefix(':'));
         let named = TEMPLATES.iter().find(|template| template.name == text);
-        let chain = Self::parse(named.map_or(text, |template| template.chain));
-        let mut chain = chain.map_err(|why| {
+        let chain = Self::parse(named.map_or(lathe.unwrap_or(text), |template| template.chain));
+        let chain = chain.map_err(|why| {
             let names: Vec<&str> = TEMPLATES.iter().map(|template| template.name).collect();
-            format!("`{text}` is neither one of {} nor a chain such as \"w X Y b Z t\": {why}", names.join(", "))
+            format!(
+                "`{text}` is neither one of {} nor a chain such as \"w X Y b Z t\" or \"lathe: w C b Z X Y t\": {why}",
+                names.join(", ")
+            )
         })?;
-        chain.is_lathe = text == "lathe";
-        Ok(chain)
+        let is_template =
+            || TEMPLATES.iter().any(|of| of.name == LATHE && Self::parse(of.chain).as_ref() == Ok(&chain));
+        let is_lathe = lathe.is_some() || is_template();
+        Ok(Self { is_lathe, ..chain })
     }
 
     fn parse(text: &str) -> Result<Self, String> {
@@ -235,15 +245,17 @@ impl NewScene {
             "\n[program]\nfile = {} # `bvbench check FOLDER other.ngc` runs another one\n",
             quoted(&self.program)
         );
-        if self.chain.is_lathe {
-            *text += "controller = \"lathe\" # G18 and diameters\n";
-        }
-        *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n";
-        let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
-        if start.is_empty() {
-            *text += "# start = { z_mm = 300 } # where the axes stand at first\n";
+        *text += if self.chain.is_lathe {
+            "controller = \"lathe\" # G18; X words are diameters of Fanuc's and Haas's controls, of LinuxCNC's under G7\n"
         } else {
-            let _ = writeln!(text, "start = {{ {} }} # where the axes stand at first", start.join(", "));
+            "# controller = \"lathe\" # for a lathe: programs begin in G18, and the workpiece turns\n"
+        };
+        *text += "# dialect = \"fanuc\" # or \"haas\", \"grbl\"; without it, LinuxCNC's\n\
+                  # units = \"inch\" # of programs before any G20 or G21; without it, mm with a note\n";
+        let start: Vec<String> = self.starts().into_iter().map(|(key, value)| format!("{key} = {value:?}")).collect();
+        let (off, at) = if start.is_empty() { ("# ", "z_mm = 300".to_owned()) } else { ("", start.join(", ")) };
+        for (key, why) in [("start", "where the axes stand at first"), ("home", "where G28 goes")] {
+            let _ = writeln!(text, "{off}{key} = {{ {at} }} # {why}, machine coordinates");
         }
         *text += "# work_offsets = { G54 = { x_mm = 0, y_mm = 0, z_mm = 0 } } # machine coordinates; `--offset G54=X,Y,Z` for a single run\n\
                   # tool_change = { Z = 0 } # where M6 changes tools; without it, where the machine stands\n\
@@ -275,8 +287,10 @@ impl NewScene {
 
     /// A program that moves each axis a little and back, to check the direction of each.
     pub fn jog(&self) -> String {
-        let mut text = String::from("(moves each axis up and back: does it go the right way?)\nG21 G90 G94 G53 G0");
         // Programs of lathes give diameters.
+        let diameters = if self.chain.is_lathe { " G7" } else { "" };
+        let mut text =
+            format!("(moves each axis up and back: does it go the right way?)\nG21{diameters} G90 G94 G53 G0");
         let factor = |axis: Axis| if self.chain.is_lathe && axis == Axis::X { 2.0 } else { 1.0 };
         let word = |axis: Axis, at: f64| format!(" {}{}", axis.letter(), at * factor(axis));
         for axis in self.chain.axes() {
@@ -315,11 +329,23 @@ mod tests {
             ("w X Z t", "no b"),
             ("w X b X t", "X occurs twice"),
             ("w b t", "no axis"),
+            ("lathe:", "it must begin with w"),
+            ("lathes: w C b Z X t", "neither one of mill"),
         ] {
             let error = Chain::find(wrong).unwrap_err();
             assert!(error.contains(why), "{error}");
         }
         assert!(TEMPLATES.iter().all(|template| Chain::find(template.name).is_ok()));
+        for (text, is_lathe) in [
+            ("lathe", true),
+            ("w C b Z X t", true),
+            ("lathe: w C b Z X Y t", true),
+            ("lathe:wCbZXYt", true),
+            ("w C b Z X Y t", false),
+            ("rotary", false),
+        ] {
+            assert_eq!(Chain::find(text).unwrap().is_lathe, is_lathe, "{text}");
+        }
     }
 
     #[test]
@@ -340,7 +366,9 @@ mod tests {
             jog.contains("G53 G0 Y0 X0 Z20\n") && jog.contains("G1 X-5\nG1 X0\n") && jog.contains("G1 Z30\n"),
             "{jog}"
         );
-        assert!(scene.toml().contains("start = { z_mm = 20.0 }"));
+        for key in ["start", "home"] {
+            assert!(scene.toml().contains(&format!("\n{key} = {{ z_mm = 20.0 }}")), "{key}");
+        }
     }
 
     #[test]

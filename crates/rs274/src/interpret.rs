@@ -19,7 +19,7 @@ use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
 use super::parameters::Parameters;
 use super::profile_cycle::is_profile_cycle;
-use super::setup::Setup;
+use super::setup::{Setup, Units};
 use super::source::{self, Source};
 use super::transform::Transforms;
 use std::collections::BTreeSet;
@@ -36,6 +36,13 @@ const MOST_FAULTS: usize = 1000;
 
 /// Most different notes on one program, but for what is not known.
 const MOST_NOTES: usize = 100;
+
+/// Note on the first length of a program that has not said its unit.
+const NO_UNITS_CODE: &str = "no G20 or G21 comes before this length, which is read as mm; where the control begins in inches, set `units` to `inch`";
+
+/// Note on the first X of a lathe of LinuxCNC's whose program has not said what it is.
+const NO_DIAMETER_CODE: &str =
+    "no G7 or G8 comes before this X, which is read as a radius, as LinuxCNC begins; G7 makes X words diameters";
 
 /// What a program comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,6 +127,10 @@ pub(super) struct Interpreter<'a> {
     pub offset_change: Values9,
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
+    /// Whether the reader knows the unit of lengths: by G20 or G21, by the setup, or by a note.
+    pub knows_units: bool,
+    /// Whether the reader knows if X words are diameters: by G7 or G8, by the control, or by a note.
+    pub knows_diameter: bool,
     pub control: Control,
     pub compensation: Compensation,
     /// From the end of a G5 to the control point of the next that continues it.
@@ -161,9 +172,9 @@ impl<'a> Interpreter<'a> {
                 incremental: false,
                 arc_centre_absolute: false,
                 feed_mode: if setup.is_fanuc_lathe() { FeedMode::PerRevolution } else { FeedMode::PerMinute },
-                inches: setup.inches,
+                inches: setup.units == Some(Units::Inch),
                 system: 0,
-                diameter: setup.diameter,
+                diameter: setup.is_fanuc_lathe(),
                 retract_to_r: !setup.dialect.is_fanuc_like(),
                 constant_surface_speed: false,
                 feed: 0.0,
@@ -199,6 +210,8 @@ impl<'a> Interpreter<'a> {
             numbers: OffsetNumbers::default(),
             offset_change: [0.0; 9],
             waiting_tool: None,
+            knows_units: setup.units.is_some(),
+            knows_diameter: setup.plane != Plane::Zx || setup.dialect != Dialect::LinuxCnc,
             control: Control::default(),
             moves: Vec::new(),
             notes: Vec::new(),
@@ -313,6 +326,19 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// Notes what the reader should know of words that have turned out to be lengths.
+    fn note_lengths(&mut self, values: &Values) {
+        values.late_notes().for_each(|note| self.note(note));
+        if !self.knows_units && values.has_length() {
+            self.knows_units = true;
+            self.note(NO_UNITS_CODE.to_owned());
+        }
+        if !self.knows_diameter && values.is_length('x') {
+            self.knows_diameter = true;
+            self.note(NO_DIAMETER_CODE.to_owned());
+        }
+    }
+
     /// Executes a block at index `at`: evaluates everything, then assigns, then obeys.
     pub(super) fn execute(
         &mut self,
@@ -337,18 +363,18 @@ impl<'a> Interpreter<'a> {
         self.obey_datum_codes(&values)?;
         if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
             let next = self.contour_cycle(lines, table, &values, code, at)?;
-            values.late_notes().for_each(|note| self.note(note));
+            self.note_lengths(&values);
             values.check_all_used()?;
             return Ok(Next::Line(next));
         }
         if let Some(code) = values.code(Group::Motion).filter(|code| is_profile_cycle(code.number)) {
             self.profile_cycle(lines, table, &values, code)?;
-            values.late_notes().for_each(|note| self.note(note));
+            self.note_lengths(&values);
             values.check_all_used()?;
             return Ok(Next::Line(at + 1));
         }
         self.obey_motion(&values)?;
-        values.late_notes().for_each(|note| self.note(note));
+        self.note_lengths(&values);
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
             self.modes.spindle = Spindle::Still;
         }

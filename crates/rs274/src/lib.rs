@@ -54,5 +54,5 @@ pub use interpret::{Program, interpret};
 pub use kinematics::{Kinematics, TipKinematics};
 pub use parameter_file::read_parameter_file;
 pub use path::{MAX_SAMPLES, RapidPath, Sample, Sampling, TooManySamples, sample};
-pub use setup::{Limits, Setup, Tool, UserCode, WorkOffset};
+pub use setup::{Limits, Setup, Tool, Units, UserCode, WorkOffset};
 pub use tool_table::read_tool_table;

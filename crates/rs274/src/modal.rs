@@ -406,14 +406,26 @@ impl Values {
         self.notes.iter().map(String::as_str)
     }
 
-    /// Notes that a word is a length.
+    /// Notes that a word is a length, if it is there and not 0.
     pub fn note_length(&self, letter: char) {
-        self.lengths.set(self.lengths.get() | 1 << slot(letter));
+        if self.letters[slot(letter)].as_ref().is_some_and(|value| value.number != 0.0) {
+            self.lengths.set(self.lengths.get() | 1 << slot(letter));
+        }
+    }
+
+    /// Whether the block has a length other than 0.
+    pub fn has_length(&self) -> bool {
+        self.lengths.get() != 0
+    }
+
+    /// Whether a word is there, is not 0, and has turned out to be a length.
+    pub fn is_length(&self, letter: char) -> bool {
+        self.lengths.get() >> slot(letter) & 1 == 1
     }
 
     /// What the reader should know of words that have turned out to be lengths.
     pub fn late_notes(&self) -> impl Iterator<Item = String> {
-        let is_late = |letter: &char| self.lengths.get() >> slot(*letter) & 1 == 1 && self.lacks_point(*letter);
+        let is_late = |letter: &char| self.is_length(*letter) && self.lacks_point(*letter);
         "kqhRC".chars().filter(is_late).map(lacks_point_note)
     }
 

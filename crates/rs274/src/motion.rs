@@ -27,9 +27,11 @@ impl Interpreter<'_> {
         }
         if let Some(units) = values.number(Group::Units) {
             self.modes.inches = units == 200;
+            self.knows_units = true;
         }
         if let Some(diameter) = values.number(Group::Diameter) {
             self.modes.diameter = diameter == 70;
+            self.knows_diameter = true;
         }
         self.note_units();
         self.keep_offset_numbers(values)?;
@@ -63,7 +65,11 @@ impl Interpreter<'_> {
         if self.is_step_axis(axis) {
             return None;
         }
-        let value = values.take(axis.letter().to_ascii_lowercase())?;
+        let letter = axis.letter().to_ascii_lowercase();
+        let value = values.take(letter)?;
+        if !axis.is_rotary() {
+            values.note_length(letter);
+        }
         Some(match axis {
             Axis::A | Axis::B | Axis::C => value,
             Axis::X if self.modes.diameter => value * self.modes.unit_mm() / 2.0,

@@ -4,6 +4,28 @@ use super::canonical::{Plane, Position};
 use super::dialect::{CodeName, Dialect};
 use super::kinematics::Kinematics;
 use std::collections::{BTreeMap, BTreeSet};
+use std::str::FromStr;
+
+/// The unit of a program's lengths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// G21.
+    Mm,
+    /// G20.
+    Inch,
+}
+
+impl FromStr for Units {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "mm" => Ok(Self::Mm),
+            "inch" => Ok(Self::Inch),
+            _ => Err(format!("there are no units `{name}`; there are mm, inch")),
+        }
+    }
+}
 
 /// One work coordinate system: its origin in machine coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,10 +105,8 @@ pub struct Setup {
     pub tool: u32,
     /// The plane before any G17, G18 or G19.
     pub plane: Plane,
-    /// G7 before any G7 or G8: X words are diameters.
-    pub diameter: bool,
-    /// G20 before any G20 or G21.
-    pub inches: bool,
+    /// The unit before any G20 or G21; `None` reads mm, with a note at the first length.
+    pub units: Option<Units>,
     /// Where G28 goes, axis positions.
     pub home: Position,
     /// Where G30 goes, axis positions.
@@ -113,14 +133,15 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// A lathe: as the default, with G18 and G7.
+    /// A lathe: as the default, with G18. X words are diameters in the dialects `fanuc` and `haas`, and radii (G8) until G7 in the others.
     #[must_use]
     pub fn lathe() -> Self {
-        Self { plane: Plane::Zx, diameter: true, ..Self::default() }
+        Self { plane: Plane::Zx, ..Self::default() }
     }
 
-    /// Whether programs are those of a Fanuc or Haas lathe: G-code system A, U and W as steps, T with an offset's number.
-    pub(super) fn is_fanuc_lathe(&self) -> bool {
+    /// Whether programs are those of a Fanuc or Haas lathe: X words as diameters, G-code system A, U and W as steps, T with an offset's number.
+    #[must_use]
+    pub fn is_fanuc_lathe(&self) -> bool {
         self.dialect.is_fanuc_like() && self.plane == Plane::Zx
     }
 }

@@ -2,11 +2,12 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, MoveKind, Position, Setup, Tool, UserCode, interpret};
+use rs274::{Axis, Dialect, MoveKind, Position, Setup, Tool, Units, UserCode, interpret};
 use support::{assert_ends, assert_near, ends, refused, run};
 
 fn linuxcnc() -> Setup {
-    Setup { tools: [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into(), ..Setup::default() }
+    let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
+    Setup { tools, units: Some(Units::Mm), ..Setup::default() }
 }
 
 fn fanuc() -> Setup {

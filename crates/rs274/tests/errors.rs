@@ -41,7 +41,7 @@ fn a_code_is_ignored_with_a_note() {
     let ignored = ["G187", "M31", "G5.1"].map(|name| name.parse::<CodeName>().unwrap()).into();
     let setup = Setup { ignored, ..Setup::default() };
     let run = |source: &str| interpret(source, Path::new("part.nc"), &setup);
-    let program = run("G187 P3 E0.01\nM31\nG0 X1 M31\nG5.1 Q1\nX2 M31\nG5.1 X50 Q1\nM2").unwrap();
+    let program = run("G187 P3 E0.01\nM31\nG21 G0 X1 M31\nG5.1 Q1\nX2 M31\nG5.1 X50 Q1\nM2").unwrap();
     let ends: Vec<f64> = program.moves.iter().map(|step| step.end.0[0]).collect();
     assert_eq!(ends, [1.0, 2.0]);
     let notes: Vec<String> = program.notes.iter().map(ToString::to_string).collect();

@@ -10,7 +10,7 @@ fn run(source: &str, dialect: Dialect) -> Result<Program, String> {
 
 #[test]
 fn lines_for_the_control_itself_are_skipped_with_a_note() {
-    let source = "$$\n?  ; state\n$100=250.5\nX5\nG1 X6 F100\n$G\nG2 X8 I1\nM2";
+    let source = "$$\n?  ; state\n$100=250.5\nG21 X5\nG1 X6 F100\n$G\nG2 X8 I1\nM2";
     let program = run(source, Dialect::Grbl).unwrap();
     // The first move is a rapid one: Grbl begins in G0.
     let told: Vec<(bool, f64)> = program.moves.iter().map(|m| (m.kind == MoveKind::Rapid, m.end[Axis::X])).collect();

@@ -2,7 +2,7 @@
 
 mod support;
 
-use rs274::{Axis, MoveKind, Plane, Program, Setup, Tool};
+use rs274::{Axis, Dialect, MoveKind, Plane, Program, Setup, Tool, Units};
 use std::f64::consts::TAU;
 use support::assert_near;
 
@@ -508,4 +508,46 @@ fn turning_cycles_say_what_they_cannot_cut() {
         refused("G18 F100\no1 sub\nG0 X4 Z0\nG1 Z-5\nG2 X6 Z-7 R2\nG1 X8\no1 endsub\nG71 Q1 D3\nM2")
             .contains("narrower than the distance")
     );
+}
+
+#[test]
+fn a_lathe_begins_in_radii_and_a_note_says_so() {
+    for (dialect, source, x, is_noted) in [
+        (Dialect::LinuxCnc, "G0 X80", 80.0, true),
+        (Dialect::LinuxCnc, "G8 G0 X80", 80.0, false),
+        (Dialect::LinuxCnc, "G7 G0 X80", 40.0, false),
+        (Dialect::LinuxCnc, "G0 X0 Z5\nG7\nG0 X80", 40.0, false),
+        (Dialect::LinuxCnc, "G91 G0 X80\nG7\nX20", 90.0, true),
+        (Dialect::Grbl, "G0 X80", 80.0, false),
+        (Dialect::Fanuc, "G0 X80.", 40.0, false),
+        (Dialect::Haas, "G0 X80.", 40.0, false),
+    ] {
+        let program = support::run(&format!("{source}\nM30"), &Setup { dialect, ..Setup::lathe() });
+        assert_eq!(end(&program)[0], x, "{dialect} {source}");
+        let is_told = program.notes.iter().any(|note| note.line == 1 && note.text.contains("read as a radius"));
+        assert_eq!(is_told, is_noted, "{dialect} {source}: {:?}", program.notes);
+    }
+    assert!(!run("G0 X80\nM2").notes.iter().any(|note| note.text.contains("radius")), "a mill has no diameters");
+}
+
+#[test]
+fn a_length_before_g20_and_g21_is_noted_unless_the_setup_has_its_unit() {
+    for dialect in Dialect::ALL {
+        for (units, source, x, is_noted) in [
+            (None, "G0 X2.", 2.0, true),
+            (None, "G91 G0 X2.\nG20 X1.", 27.4, true),
+            (None, "G20 G0 X2.", 50.8, false),
+            (None, "G0 X0 A90.\nG21 X2.", 2.0, false),
+            (Some(Units::Mm), "G0 X2.", 2.0, false),
+            (Some(Units::Inch), "G0 X2.", 50.8, false),
+            (Some(Units::Inch), "G21 G0 X2.", 2.0, false),
+        ] {
+            let program = support::run(&format!("{source}\nM30"), &Setup { dialect, units, ..Setup::default() });
+            assert_near(end(&program), [x, 0.0, 0.0], source);
+            let is_told = program.notes.iter().any(|note| note.line == 1 && note.text.contains("read as mm"));
+            assert_eq!(is_told, is_noted, "{dialect} {units:?} {source}: {:?}", program.notes);
+        }
+    }
+    assert_eq!("inch".parse::<Units>(), Ok(Units::Inch));
+    assert!("inches".parse::<Units>().unwrap_err().contains("mm, inch"));
 }

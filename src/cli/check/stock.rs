@@ -3,7 +3,8 @@
 use super::super::note;
 use super::StockOptions;
 use crate::check::{Event, Outcome, Touch};
-use crate::geometry::{Mesh, import};
+use crate::geometry::Mesh;
+use crate::geometry::import::{self, FileInUnit};
 use crate::scene::{Part, Scene};
 use crate::stock::export::Volume;
 use crate::stock::target::{Comparison, Deviation};
@@ -56,8 +57,8 @@ pub fn touch(scene: &Scene, touch: &Touch) -> String {
 impl StockOptions {
     /// Reads the wanted part.
     pub fn target(&self) -> Result<Option<Arc<Mesh>>> {
-        let Some(file) = &self.target else { return Ok(None) };
-        let imported = import::load(file, None).with_context(|| format!("--target {}", file.display()))?;
+        let Some(FileInUnit { path, unit }) = &self.target else { return Ok(None) };
+        let imported = import::load(path, *unit).with_context(|| format!("--target {}", path.display()))?;
         Ok(Some(Arc::new(imported.mesh)))
     }
 

@@ -17,7 +17,7 @@ const MESHES: &str = "meshes";
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene new shop --machine mill --part base.stl:machine:base --part saddle.stl:machine:Y --part table.stl:machine:X \\\n                         --part vise.stl:fixture --part head.stl:machine:Z --gauge 0,0,500\n  bvbench scene new shop --machine trunnion --part cradle.stl:machine:A --part rotary.stl:machine:C --pivot A=0,0,150 --limits A=-110,30 ...\n  bvbench scene new shop --machine \"w B X b Z Y t\" --part ...      axes from the work over the base b to the tool\n  bvbench scene new shop --machine lathe --part chuck.stl:fixture --part turret.stl:machine:X --unit inch\n  bvbench scene new shop --machine mill --part *.stl --ask          asks for the role and the link of each part\n\nAll files share one frame: the drawing of the machine with every axis at zero. On a terminal roles that are not given are asked for.\nNext: `bvbench view shop --open` moves each axis, `bvbench check shop part.ngc --tool ... --stock ...` checks a program."
+    after_help = "Examples:\n  bvbench scene new shop --machine mill --part base.stl:machine:base --part saddle.stl:machine:Y --part table.stl:machine:X \\\n                         --part vise.stl:fixture --part head.stl:machine:Z --gauge 0,0,500\n  bvbench scene new shop --machine trunnion --part cradle.stl:machine:A --part rotary.stl:machine:C --pivot A=0,0,150 --limits A=-110,30 ...\n  bvbench scene new shop --machine \"w B X b Z Y t\" --part ...      axes from the work over the base b to the tool\n  bvbench scene new shop --machine \"lathe: w C b Z X Y t\" --part ...   the same of a lathe\n  bvbench scene new shop --machine lathe --part chuck.stl:fixture --part turret.stl:machine:X --unit inch\n  bvbench scene new shop --machine mill --part *.stl --ask          asks for the role and the link of each part\n\nAll files share one frame: the drawing of the machine with every axis at zero. On a terminal roles that are not given are asked for.\nNext: `bvbench view shop --open` moves each axis, `bvbench check shop part.ngc --tool ... --stock ...` checks a program."
 )]
 pub struct Options {
     /// The new folder
@@ -26,7 +26,8 @@ pub struct Options {
     /// A mesh file (STL, OBJ, OFF, PLY, GLB, 3MF), its role, and the axis that carries it: a letter, or base; repeatable
     #[arg(long = "part", value_name = "FILE[:ROLE[:LINK]]", required = true, num_args = 1..)]
     parts: Vec<String>,
-    /// Kind of machine: mill, router, horizontal, rotary, trunnion, head-table, fork, lathe, or its axes as in "w X Y b Z t"
+    /// Kind of machine: mill, router, horizontal, rotary, trunnion, head-table, fork, lathe, or its axes as in "w X Y b Z t", those of a lathe
+    /// as in "lathe: w C b Z X Y t"
     #[arg(long, value_name = "KIND")]
     machine: Option<String>,
     /// Where a tool of no length has its tip (the spindle's nose) in the drawing, mm
@@ -35,7 +36,7 @@ pub struct Options {
     /// A point on the line of a rotary axis in the drawing, mm; repeatable [default: 0,0,0]
     #[arg(long = "pivot", value_name = "AXIS=X,Y,Z")]
     pivots: Vec<String>,
-    /// Limits of an axis, mm or degrees; repeatable [default: none]
+    /// Limits of an axis, mm or degrees of its own way, so that X of a lathe is a radius; repeatable [default: none]
     #[arg(long = "limits", value_name = "AXIS=MIN,MAX")]
     limits: Vec<String>,
     /// Unit of the mesh files: mm, cm, m or inch [default: the format's: metres in GLB, its own in 3MF, else mm]

@@ -34,8 +34,9 @@ pub use stl::{write as write_stl, write_triangles as write_stl_triangles};
 use super::{Mesh, Point};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::ffi::OsStr;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The unit of a file's coordinates. Only two formats define it: GLB is in metres, and 3MF names its unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -122,6 +123,25 @@ impl From<Option<Unit>> for Options {
     /// Options with this unit that weld only equal vertices.
     fn from(unit: Option<Unit>) -> Self {
         Self { unit, weld_mm: 0.0 }
+    }
+}
+
+/// A mesh file as a command line names it: `FILE` or `FILE:UNIT`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileInUnit {
+    /// The file.
+    pub path: PathBuf,
+    /// The unit of its coordinates; when absent, as [`Options::unit`] has it.
+    pub unit: Option<Unit>,
+}
+
+impl From<&OsStr> for FileInUnit {
+    fn from(text: &OsStr) -> Self {
+        let parts = text.to_str().and_then(|text| text.rsplit_once(':'));
+        match parts.and_then(|(path, unit)| Some((path, Unit::named(unit)?))) {
+            Some((path, unit)) => Self { path: path.into(), unit: Some(unit) },
+            None => Self { path: text.into(), unit: None },
+        }
     }
 }
 

@@ -32,10 +32,10 @@ pub(super) fn has_declared_size(content: &[u8]) -> bool {
 
 /// Whether a file is to be read as text.
 pub(super) fn is_text(content: &[u8]) -> bool {
-    let content = content.trim_ascii_start();
+    let text = content.trim_ascii_start();
     // In upper case only a word of its own: binary headers begin with `SolidWorks` and the like.
-    let word = content.split(u8::is_ascii_whitespace).next().unwrap_or_default();
-    (content.starts_with(b"solid") || word.eq_ignore_ascii_case(b"solid")) && !has_declared_size(content)
+    let word = text.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    (text.starts_with(b"solid") || word.eq_ignore_ascii_case(b"solid")) && !has_declared_size(content)
 }
 
 pub(super) fn read_binary(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {

@@ -86,12 +86,15 @@ fn every_format_gives_the_same_closed_tetrahedron() {
     let binary = binary_stl();
     let mut solid = binary.clone();
     solid[..6].copy_from_slice(b"solid ");
+    let mut spaced = binary.clone();
+    spaced[..8].copy_from_slice(b" \nsolid ");
     for (name, content, format) in [
         ("a.obj", OBJ.as_bytes(), Format::Obj),
         ("a.off", OFF.as_bytes(), Format::Off),
         ("a.stl", STL.as_bytes(), Format::TextStl),
         ("a.STL", &binary, Format::BinaryStl),
         ("named solid.stl", &solid, Format::BinaryStl),
+        ("named solid behind spaces.stl", &spaced, Format::BinaryStl),
         ("obj", OBJ.as_bytes(), Format::Obj),
         ("off", OFF.as_bytes(), Format::Off),
         ("text", STL.as_bytes(), Format::TextStl),

@@ -4,7 +4,7 @@ use rs274::Position;
 /// A slide of 0.5 m along y carries an arm that rotates about z, and the arm carries a spindle that rotates without limits.
 const ROBOT: &str = r#"<?xml version="1.0"?>
 <robot name="small">
-  <!-- <a><b><c> -->
+  <!-- <a><b><c> <xacro:include filename="common.xacro"/> -->
   <link name="bed"><visual><geometry><box size="1 0.2 0.1"/></geometry></visual></link>
   <link name="carriage">
     <visual><origin xyz="0 0 0.05" rpy="0 0 0"/><geometry><mesh filename="package://small/carriage.stl" scale="0.001 0.001 0.001"/></geometry></visual>
@@ -116,6 +116,7 @@ fn what_cannot_be_taken_is_told() {
         ("rpy=\"0 0 1.5707963267948966\"", "rpy=\"0 0 inf\"", "a placement at `slide` is not finite", Some("slide")),
         ("scale=\"0.001 0.001 0.001\"", "scale=\"0.001 0.001 -0.001\"", "", None),
         ("<robot name=\"small\">", "<robot name=\"small\"><xacro:include/>", "this is xacro;", None),
+        ("</robot>", "<xacro:if value=\"1\"></xacro:if></robot>", "this is xacro;", None),
         ("</robot>", "", "", None),
     ] {
         if from.starts_with("scale") {
