@@ -137,6 +137,7 @@ fn of_launches(launches: u32, normal: &mut impl FnMut() -> f64) -> Scene {
         stratum: Stratum::Far,
         first_step: number,
         poses: 8,
+        judged: None,
         ends_in_contact: false,
         cluster: number,
         spans_strata: false,
