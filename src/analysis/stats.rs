@@ -193,6 +193,19 @@ pub(super) fn expansion(freedom: f64) -> f64 {
     if freedom > 0.0 { ((freedom + 1.0) / freedom).sqrt() * t_95(freedom) / Z_95 } else { f64::NAN }
 }
 
+/// Degrees of freedom of a sum over strata (Satterthwaite 1946, Biometrics 2), the factor on the deviations of its resamples, and its variance.
+/// A stratum is given as the variance of its part of the sum and its number n of clusters, at least 2; drawing clusters from themselves makes
+/// that variance too small by the factor (n - 1)/n. `None` without any variance.
+pub(super) fn over_strata(strata: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64, f64)> {
+    let (mut sum, mut squares, mut drawn) = (0.0, 0.0, 0.0);
+    for (variance, count) in strata {
+        sum += variance;
+        squares += variance * variance / (count - 1.0);
+        drawn += variance * (count - 1.0) / count;
+    }
+    (sum > 0.0).then(|| (sum * sum / squares, (sum / drawn).sqrt(), sum))
+}
+
 /// A random generator fixed by the run's seed and a purpose, so that its stream does not depend on other analyses.
 pub(super) fn generator(seed: u64, purpose: &str) -> Pcg64 {
     let hash = blake3::Hasher::new().update(&seed.to_le_bytes()).update(purpose.as_bytes()).finalize();
