@@ -164,6 +164,10 @@ class Derivation:
         """Which chunks and which poses of a scene are in a cell."""
         return tuple(np.flatnonzero(in_cell(of(scene), workload, stratum)) for of in (self.study.chunks_of, self.study.poses_of))
 
+    def numbers(self, scene, places, of="chunks"):
+        """The numbers of the chunks at these places of the chunks, or of the poses, of a scene."""
+        return self.study.column(of, scene, "chunk")[places]
+
     def mean_time(self, scene, case, workload, stratum):
         """Mean query time in a cell; None where it was not timed."""
         times, (chunks, _) = self.study.times.get((scene, case)), self.cell(scene, workload, stratum)
@@ -171,8 +175,9 @@ class Derivation:
             return None
         drawn_in, cluster, poses = (self.study.column("chunks", scene, name)[chunks] for name in ("drawn_in", "cluster", "poses"))
         above = times[chunks]
+        weights = self.study.weights(scene, workload, stratum, self.numbers(scene, chunks), ~np.isnan(above).all(axis=1))
         below = np.where(np.isnan(above), np.nan, poses[:, None])
-        return ratio(drawn_in, cluster, above, below, self.draws, self.study.binaries[scene])
+        return ratio(drawn_in, cluster, above * weights, below * weights, self.draws, self.study.binaries[scene])
 
     def single_times(self, scene, case, workload, stratum):
         """Of each pose of a cell the median reading over a single warm query."""
@@ -190,8 +195,8 @@ class Derivation:
                 mean = self.mean_time(scene, case, workload, stratum)
                 chunks, poses = self.cell(scene, workload, stratum)
                 counts = study.counts.get((scene, case))
-                counts = {} if counts is None else {name: column[poses][~np.isnan(column[poses])] for name, column in counts.items()}
-                counted = any(map(len, counts.values()))
+                asked = poses[:0] if counts is None else poses[~np.isnan(counts["volume_tests"][poses, 0])]
+                counted = len(asked) > 0
                 if mean is None and not counted:
                     continue
                 row = {"scene": scene, "workload": workload, "stratum": stratum, "case": case, "mean_ns": mean}
@@ -205,11 +210,13 @@ class Derivation:
                     timed = ~np.isnan(times).all(axis=1)
                     each, count = np.nanmean(times[timed], axis=1) / count[timed], count[timed]
                     row |= {"poses": int(count.sum()), "clusters": mean.clusters, "least": each.min()}
+                    count = count * study.weights(scene, workload, stratum, self.numbers(scene, chunks), timed)[timed, 0]
                     row |= zip(names, (weighted(each, count, q) for q in (0.5, 0.95, 1.0)))
                 else:
                     row |= {"poses": 0, "clusters": 0, "least": math.nan} | dict.fromkeys(names, math.nan)
+                weights = study.weights(scene, workload, stratum, self.numbers(scene, asked, "poses"), slice(None))
                 for name in ["volume_tests", "triangle_tests"]:
-                    row[name] = counts[name].sum() / len(counts[name]) if counted else math.nan
+                    row[name] = (weights * counts[name][asked]).sum() / weights.sum() if counted else math.nan
                 contacts, missed, interval, _, _ = self.misses(scene, case, workload)
                 row |= {"contacts": contacts, "missed": missed}
                 row |= {"miss_rate_low": interval[0], "miss_rate_high": interval[1]}
@@ -261,7 +268,8 @@ class Derivation:
         if metric != "time" and not (np.nansum(first) and np.nansum(second)):
             return None
         binaries = study.binaries[scene] if metric == "time" else []
-        return ratio(*(study.column(table, scene, column)[of_cell] for column in names), first, second, self.draws, binaries)
+        weights = study.weights(scene, workload, stratum, self.numbers(scene, of_cell, table), ~neither.all(axis=1))
+        return ratio(*(study.column(table, scene, column)[of_cell] for column in names), weights * first, weights * second, self.draws, binaries)
 
     def build_ratio(self, scene, above, below):
         """The ratio of two cases' construction times, of the parts that both built: over launches; of a single one blocks are drawn."""

@@ -223,7 +223,8 @@ def rate_by_line(missed, contacts):
     if (missed * n == missed.sum() * contacts).all():
         return wilson(rate, most)
     variance = ((missed - rate * contacts) ** 2).sum() * lines / (lines - 1) / n**2
-    return wilson(rate, min(max(rate * (1 - rate) / variance, 1.0), n))
+    independent = min(rate * (1 - rate) / variance, n)
+    return wilson(rate, max(1.0, independent * (student(n - 1) / student(lines - 1)) ** 2))
 
 
 def type7(values, quantile):

@@ -16,7 +16,7 @@ SCHEMA = 2
 # have the column.
 RAW = {
     "cases.csv": "case:t variant:t label:t kind:t safe:i split:t split_axes:t leaf:i default:i asked_everywhere:i duplicate_of:t",
-    "poses.csv": "scene:t pose:i pair:t workload:t program:t line:i step:i chunk:i stratum:t band:t clearance_mm:F exact:i contained:i",
+    "poses.csv": "scene:t pose:i pair:t workload:t program:t line:i step:i chunk:i stratum:t band:t clearance_mm:F exact:i contained:i judged:F=",
     "answers.csv": "scene:t case:t pose:i verdict:i volume_tests:i triangle_tests:i",
     "lines.csv": "scene:t workload:t pair:t line:i contacts:i sampled:i",
     "misses.csv": "scene:t case:t workload:t pair:t line:i missed:i missed_asked:i",
@@ -200,6 +200,8 @@ class Study:
         grouped = self.poses.groupby(["scene", "chunk"], sort=True)
         chunks = grouped.agg(
             workload=("workload", "first"),
+            pair=("pair", "first"),
+            judged=("judged", "first"),
             program=("program", "first"),
             stratum=("stratum", "first"),
             poses=("pose", "size"),
@@ -272,6 +274,16 @@ class Study:
             table = getattr(self, name)
             self.parts[name, scene] = table[table.scene == scene].sort_values(name[:-1]).reset_index(drop=True)
         return self.parts[name, scene]
+
+    def weights(self, scene, workload, stratum, numbers, seen):
+        """A column: what the items of a cell, given by the numbers of their chunks, count in sums over those `seen`. In `recorded` as a whole an item
+        counts the judged poses of its pair and stratum over the timed ones; elsewhere 1."""
+        chunks = self.chunks_of(scene).set_index("chunk")
+        weight = pd.Series(1.0, chunks.index)
+        if workload == "recorded" and stratum == ALL:
+            here = chunks.loc[np.unique(numbers[seen])]
+            weight.update(here.judged / here.groupby(["pair", "stratum"]).poses.transform("sum"))
+        return weight.loc[numbers].to_numpy()[:, None]
 
     @functools.cache
     def cells(self, scene):

@@ -1,11 +1,13 @@
 """variance.csv: what binary, launch and block contribute to the spread of a total, and the repetitions planned from that, as
 docs/methodology.md describes them under "Repetition"."""
 
+import functools
 import math
 
 import numpy as np
 
 from estimate import student
+from study import ALL
 
 HALF_WIDTH = math.log1p(0.025)
 BINARIES, LAUNCHES, BLOCKS = range(5, 65), range(1, 5), 16
@@ -19,6 +21,7 @@ class Samples:
         timings = study.timings[study.timings.scene == scene]
         timings = timings.assign(ns=timings.ns / timings.passes)
         chunks = study.chunks_of(scene).set_index("chunk")
+        self.weights = functools.partial(study.weights, scene)
         self.launches = study.binaries[scene] or [sorted(set(timings.launch))]
         self.tables = {}
         for case, rows in timings.groupby("case"):
@@ -49,7 +52,8 @@ class Samples:
             kept = table[table.index.get_level_values("chunk").isin(common)]
             median = kept.median(axis=1)
             filled = kept.reindex(columns=blocks).apply(lambda column: column.fillna(median))
-            totals.append(filled.groupby(level="launch").sum())
+            weights = self.weights(workload, ALL, filled.index.get_level_values("chunk").to_numpy(), slice(None))
+            totals.append((filled * weights).groupby(level="launch").sum())
         values = np.log(totals[0] / totals[1]) if below else np.log(totals[0])
         several = any((table.notna().sum(axis=1) > 1).any() for table in tables)
         return [[values.loc[launch].to_numpy() for launch in launches] for launches in self.launches], several

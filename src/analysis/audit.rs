@@ -4,12 +4,12 @@
 //! The response of a cell is the mean of its logarithms over the chunks of a stratum, then over strata, then over scenes, each weighted
 //! equally. An effect is therefore a factor on the geometric mean. A resample draws chunks within strata, and scenes when there are several.
 //! A stratum with a single chunk shows no spread: the strata of its scene are merged, as in [`super::totals`], and a single chunk has no
-//! interval. All cells share one draw, because all cells were measured at the same poses. Cells with unsafe boxes do less work because they
+//! interval. Deviations are lengthened for few chunks by the variances of their own strata. All cells share one draw, because all cells were measured at the same poses. Cells with unsafe boxes do less work because they
 //! miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and over the cells of each safe centre
 //! rule.
 
 use super::factorial::{Decomposition, Design};
-use super::stats::{RESAMPLES, below, expansion, generator, median, quantile};
+use super::stats::{RESAMPLES, below, expansion, generator, median, over_strata, quantile, student_95};
 use super::summary::ALL;
 use super::{AnalysisError, distinct};
 use crate::record::audit::FACTORS;
@@ -306,12 +306,39 @@ fn mean_response(scenes: &[Strata<'_>], cells: usize, mut draw: impl FnMut(usize
     mean
 }
 
-/// Degrees of freedom of the resampling: by scenes when there are several, otherwise by the clusters of each stratum.
-fn freedom(scenes: &[Strata<'_>]) -> f64 {
-    match scenes {
-        [strata] => strata.iter().map(|clusters| clusters.len() as f64 - 1.0).sum(),
-        scenes => scenes.len() as f64 - 1.0,
+/// The numbers that follow from a mean response, for a choice of the items of a resample.
+type Statistic<'a> = dyn Fn(&mut dyn FnMut(usize) -> Vec<usize>) -> Vec<f64> + 'a;
+
+/// Factors on the deviations of resamples that correct for few items, one for each number of the statistic. Of several scenes their number
+/// counts. Of one scene, each number has the variances of its strata (by the jackknife, which leaves out one cluster at a time), and the
+/// degrees of freedom that [`over_strata`] combines from them.
+fn expansions(scenes: &[Strata<'_>], numbers: usize, statistic: &Statistic<'_>) -> Vec<f64> {
+    let [strata] = scenes else { return vec![expansion(scenes.len() as f64 - 1.0); numbers] };
+    let mut variances = vec![Vec::new(); numbers];
+    for (place, stratum) in strata.iter().enumerate().filter(|(_, stratum)| stratum.len() > 1) {
+        let without = |left_out: usize| {
+            let mut draws = 0;
+            // The scene is drawn first, then its strata.
+            statistic(&mut |items| {
+                draws += 1;
+                (0..items).filter(|&item| draws != place + 2 || item != left_out).collect()
+            })
+        };
+        let found: Vec<Vec<f64>> = (0..stratum.len()).map(without).collect();
+        let count = stratum.len() as f64;
+        for (number, variances) in variances.iter_mut().enumerate() {
+            let middle = found.iter().map(|values| values[number]).sum::<f64>() / count;
+            let squares = found.iter().map(|values| (values[number] - middle).powi(2)).sum::<f64>();
+            variances.push((squares * (count - 1.0) / count, count));
+        }
     }
+    let freedom = strata.iter().map(|clusters| clusters.len() as f64 - 1.0).sum::<f64>();
+    let factor = |variances: Vec<(f64, f64)>| match over_strata(variances.into_iter()) {
+        // Of a single stratum the degrees are a whole number, and must not be rounded down to the next.
+        Some((freedom, lengthening, _)) => lengthening * student_95(freedom + 1e-9) / student_95(f64::INFINITY),
+        None => expansion(freedom),
+    };
+    variances.into_iter().map(factor).collect()
 }
 
 /// Adds the effects and shares of one response over some scenes.
@@ -325,19 +352,21 @@ fn tell(
 ) {
     let (design, scenes) = (levels.design(), strata(scenes));
     let flat = |d: Decomposition| d.effects.concat().into_iter().chain(d.shares).collect::<Vec<f64>>();
-    let found = flat(design.decompose(&mean_response(&scenes, design.cells(), |n| (0..n).collect())));
+    let statistic = |draw: &mut dyn FnMut(usize) -> Vec<usize>| {
+        flat(design.decompose(&mean_response(&scenes, design.cells(), draw)))
+    };
+    let found = statistic(&mut |n| (0..n).collect());
     let mut generator = generator(seed, &format!("audit {cells} {response} {name}"));
     let mut draws = vec![Vec::with_capacity(RESAMPLES); found.len()];
     for _ in 0..RESAMPLES {
-        let draw = |n: usize| (0..n).map(|_| below(&mut generator, n)).collect();
-        let resample = flat(design.decompose(&mean_response(&scenes, design.cells(), draw)));
+        let resample = statistic(&mut |n| (0..n).map(|_| below(&mut generator, n)).collect());
         for (draws, value) in draws.iter_mut().zip(resample) {
             draws.push(value);
         }
     }
     draws.iter_mut().for_each(|draws| draws.sort_unstable_by(f64::total_cmp));
-    let expansion = expansion(freedom(&scenes));
-    let mut numbers = found.iter().zip(&draws).map(|(&value, draws)| {
+    let expansions = expansions(&scenes, found.len(), &statistic);
+    let mut numbers = found.iter().zip(&draws).zip(expansions).map(|((&value, draws), expansion)| {
         let end = |q: f64| value + (quantile(draws, q) - value) * expansion;
         [value, end(0.025), end(0.975)]
     });

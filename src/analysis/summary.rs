@@ -83,7 +83,7 @@ fn summarise_case(
     let estimate = scene.mean_time(case, cell, seed);
     let (mean, low, high) =
         estimate.map_or((f64::NAN, f64::NAN, f64::NAN), |e| (e.interval.value, e.interval.low, e.interval.high));
-    let times = weighted_times(scene, &samples);
+    let times = weighted_times(scene, cell, &samples);
     let chunks: BTreeSet<u32> = samples.iter().map(|sample| sample.item).collect();
     let single = single_times(scene.singles.get(case).map_or(&[][..], Vec::as_slice), is_in);
     let percentile = |q: f64| (!single.is_empty()).then(|| stats::quantile(&single, q));
@@ -111,8 +111,8 @@ fn summarise_case(
         chunk_median_ns: stats::weighted_quantile(&times, 0.5),
         chunk_p95_ns: stats::weighted_quantile(&times, 0.95),
         chunk_max_ns: times.last().map_or(f64::NAN, |&(ns, _)| ns),
-        volume_tests: mean_count(&queries, Counter::Volume),
-        triangle_tests: mean_count(&queries, Counter::Triangle),
+        volume_tests: mean_count(scene, cell, &queries, Counter::Volume),
+        triangle_tests: mean_count(scene, cell, &queries, Counter::Triangle),
         contacts: tally.contacts(),
         missed: tally.missed(),
         miss_rate_low,
@@ -120,15 +120,16 @@ fn summarise_case(
     })
 }
 
-/// Sorted chunk times, ns per query, each with the number of poses of its chunk. The time of a chunk is the mean over launches of the
+/// Sorted chunk times, ns per query, each with the number of poses of its chunk, weighted as in sums. The time of a chunk is the mean over launches of the
 /// median over blocks.
-fn weighted_times(scene: &Scene, samples: &[Sample]) -> Vec<(f64, f64)> {
+fn weighted_times(scene: &Scene, cell: Cell<'_>, samples: &[Sample]) -> Vec<(f64, f64)> {
     let mut of_chunk: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for ((_, chunk), ns) in chunk_times(samples) {
         of_chunk.entry(chunk).or_default().push(ns);
     }
-    let mut times: Vec<(f64, f64)> =
-        of_chunk.iter().map(|(chunk, ns)| (stats::mean(ns), f64::from(scene.chunks[chunk].poses))).collect();
+    let weights = scene.weights(cell, of_chunk.keys().copied());
+    let poses = |chunk: &u32| weights[chunk] * f64::from(scene.chunks[chunk].poses);
+    let mut times: Vec<(f64, f64)> = of_chunk.iter().map(|(chunk, ns)| (stats::mean(ns), poses(chunk))).collect();
     times.sort_by(|a, b| a.0.total_cmp(&b.0));
     times
 }
@@ -146,6 +147,11 @@ fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
 }
 
 /// The mean count; NaN when nothing was counted.
-fn mean_count(queries: &[Query], counter: Counter) -> f64 {
-    queries.iter().map(|query| query.count(counter)).sum::<u64>() as f64 / queries.len() as f64
+fn mean_count(scene: &Scene, cell: Cell<'_>, queries: &[Query], counter: Counter) -> f64 {
+    let weights = scene.weights(cell, queries.iter().map(|query| query.chunk));
+    let (sum, total) = queries.iter().fold((0.0, 0.0), |(sum, total), query| {
+        let weight = weights[&query.chunk];
+        (sum + weight * query.count(counter) as f64, total + weight)
+    });
+    sum / total
 }

@@ -8,8 +8,8 @@ use super::totals::{self, Binaries, Estimate, Observation, Totals};
 use crate::record::manifest::{Manifest, Request};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, SingleRow, Stratum, TimingRow,
-    for_each_row, has_rows, read_rows,
+    AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, RECORDED, SingleRow, Stratum,
+    TimingRow, for_each_row, has_rows, read_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -52,6 +52,8 @@ pub struct Chunk {
     pub first_step: u32,
     /// Number of poses.
     pub poses: u32,
+    /// Number of poses of its workload that were judged, of its pair and stratum; `None` where the records do not have it.
+    pub judged: Option<u32>,
     /// Whether the last pose of the chunk touches; for a program, whether it ends in a collision.
     pub ends_in_contact: bool,
     /// Number of its cluster; chunks that share a line are in the same cluster.
@@ -71,9 +73,9 @@ impl Chunk {
         self.workload == CONTROL_WORKLOAD
     }
 
-    /// The chunk without the numbers that another version of the program may assign differently.
+    /// The chunk without the numbers that another version of the program may assign differently, or not record.
     fn held(&self) -> Self {
-        Self { cluster: 0, spans_strata: false, ..self.clone() }
+        Self { cluster: 0, spans_strata: false, judged: None, ..self.clone() }
     }
 }
 
@@ -275,6 +277,7 @@ impl Scene {
             stratum: row.stratum,
             first_step: row.step,
             poses: 0,
+            judged: row.judged,
             ends_in_contact: false,
             cluster: row.chunk,
             spans_strata: false,
@@ -358,13 +361,32 @@ impl Scene {
         programs.map(|(&number, chunk)| (chunk.program.as_str(), number))
     }
 
+    /// The weight of each of the chunks of a cell in sums over it. The pairs and strata of a recording are timed in equal shares. Over all its
+    /// strata, a chunk therefore has the weight of the judged poses of its pair and stratum, divided by those in `chunks`. Elsewhere, and in
+    /// records without that number, every weight is 1. Chunks of other cells are left out.
+    pub fn weights(&self, cell: Cell<'_>, chunks: impl Iterator<Item = u32>) -> BTreeMap<u32, f64> {
+        let known = chunks.filter_map(|number| Some((number, self.chunks.get(&number)?)));
+        let within: BTreeMap<u32, &Chunk> = known.filter(|(_, chunk)| cell.has(chunk)).collect();
+        let mut timed: BTreeMap<(&str, Stratum), u32> = BTreeMap::new();
+        for chunk in within.values() {
+            *timed.entry((chunk.pair.as_str(), chunk.stratum)).or_default() += chunk.poses;
+        }
+        let is_weighted = cell.workload == RECORDED && cell.stratum.is_none();
+        let weight = |chunk: &Chunk| match chunk.judged.filter(|_| is_weighted) {
+            Some(judged) => f64::from(judged) / f64::from(timed[&(chunk.pair.as_str(), chunk.stratum)]),
+            None => 1.0,
+        };
+        within.iter().map(|(&number, chunk)| (number, weight(chunk))).collect()
+    }
+
     /// The total query time of one case divided by that of another, over the chunks of a cell that both ran.
     pub fn time_ratio(&self, above: &CaseKey, below: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
         let (above, below) = (chunk_times(self.timings.get(above)?), chunk_times(self.timings.get(below)?));
-        let both = above.iter().filter_map(|(key, a)| Some((key, *a, *below.get(key)?)));
-        let totals = Totals::of(both.filter_map(|(&(launch, number), a, b)| {
-            let chunk = self.chunks.get(&number).filter(|chunk| cell.has(chunk))?;
-            let poses = f64::from(chunk.poses);
+        let both: Vec<_> = above.iter().filter_map(|(key, a)| Some((*key, *a, *below.get(key)?))).collect();
+        let weights = self.weights(cell, both.iter().map(|((_, number), ..)| *number));
+        let totals = Totals::of(both.into_iter().filter_map(|((launch, number), a, b)| {
+            let (chunk, weight) = (self.chunks.get(&number)?, weights.get(&number)?);
+            let poses = weight * f64::from(chunk.poses);
             Some(observation(chunk, launch, (a * poses, b * poses)))
         }))?;
         Some(totals.of_binaries(&self.binaries).estimate(seed, &format!("time {cell}")))
@@ -373,9 +395,10 @@ impl Scene {
     /// The mean query time of a case in a cell, ns.
     pub fn mean_time(&self, case: &CaseKey, cell: Cell<'_>, seed: u64) -> Option<Estimate> {
         let times = chunk_times(self.timings.get(case)?);
+        let weights = self.weights(cell, times.keys().map(|(_, number)| *number));
         let totals = Totals::of(times.into_iter().filter_map(|((launch, number), ns)| {
-            let chunk = self.chunks.get(&number).filter(|chunk| cell.has(chunk))?;
-            let poses = f64::from(chunk.poses);
+            let (chunk, weight) = (self.chunks.get(&number)?, weights.get(&number)?);
+            let poses = weight * f64::from(chunk.poses);
             Some(observation(chunk, launch, (ns * poses, poses)))
         }))?;
         Some(totals.of_binaries(&self.binaries).estimate(seed, &format!("mean {cell}")))
@@ -397,12 +420,13 @@ impl Scene {
         if sum(&|(a, _)| a.count(counter)) == 0 || sum(&|(_, b)| b.count(counter)) == 0 {
             return None;
         }
+        let weights = self.weights(cell, pairs.iter().map(|(query, _)| query.chunk));
         let totals = Totals::of(pairs.iter().map(|(a, b)| Observation {
             stratum: a.stratum as u32,
             cluster: a.line,
             launch: 0,
-            numerator: a.count(counter) as f64,
-            denominator: b.count(counter) as f64,
+            numerator: weights[&a.chunk] * a.count(counter) as f64,
+            denominator: weights[&a.chunk] * b.count(counter) as f64,
         }))?;
         Some(totals.estimate(seed, &format!("count {cell}")))
     }

@@ -413,6 +413,56 @@ fn the_controls_single_poses_are_in_nobodys_quantiles() {
     assert_eq!(rows(&with), rows(&without));
 }
 
+/// A recording of 95 % far poses is timed in equal shares of its strata. An aligned box that is fast only far away is faster on the recording,
+/// and slower when timed poses count alike, as in records without the number of judged poses.
+#[test]
+fn means_over_a_recording_are_weighted_by_its_strata() {
+    const JUDGED: [u32; 4] = [10, 10, 480, 9500];
+    let mut run = Run::generate(&Plan { noise: 0.0, ..Plan::default() });
+    for row in run.poses.iter_mut().filter(|row| row.workload == "approach") {
+        row.workload = record::RECORDED.to_owned();
+        row.judged = Some(JUDGED[row.stratum as usize]);
+    }
+    let is_far = |row: &&record::PoseRow| row.workload == record::RECORDED && row.stratum == Stratum::Far;
+    let far: BTreeSet<(String, u32)> =
+        run.poses.iter().filter(is_far).map(|row| (row.scene.clone(), row.chunk)).collect();
+    let is_fast = |row: &&mut TimingRow| row.variant() == "aabb" && far.contains(&(row.scene.clone(), row.chunk));
+    run.timings.iter_mut().filter(is_fast).for_each(|row| row.ns /= 4);
+    let (_folder, weighted) = analyse(&run);
+    let row = |outcome: &Outcome, variant: &str, policy: &str, stratum: &str| {
+        let is = |row: &&SummaryRow| {
+            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], record::RECORDED, stratum)
+                && (row.variant.as_str(), row.case().policy().as_str()) == (variant, policy)
+        };
+        outcome.summary.iter().find(is).unwrap().clone()
+    };
+    let expected = |variant: &str, of: fn(&SummaryRow) -> f64| {
+        let strata = Stratum::ALL.into_iter().zip(JUDGED.map(f64::from));
+        let each = strata.map(|(stratum, n)| n * of(&row(&weighted, variant, "vertex-mean/own/1", stratum.id())));
+        each.sum::<f64>() / JUDGED.map(f64::from).iter().sum::<f64>()
+    };
+    let ratio = |outcome: &Outcome, metric: &str| {
+        let is = |row: &&RatioRow| {
+            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], record::RECORDED, ALL)
+                && (row.metric.as_str(), row.variant.as_str(), row.baseline.as_str()) == (metric, "aabb", "obb-vertex")
+        };
+        outcome.ratios.iter().find(is).unwrap().ratio
+    };
+    let close = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    let time: fn(&SummaryRow) -> f64 = |row| row.mean_ns;
+    let tests: fn(&SummaryRow) -> f64 = |row| row.volume_tests;
+    for variant in ["aabb", "obb-vertex"] {
+        let all = row(&weighted, variant, "vertex-mean/own/1", ALL);
+        close(all.mean_ns, expected(variant, time));
+        close(all.volume_tests, expected(variant, tests));
+    }
+    close(ratio(&weighted, "time"), expected("aabb", time) / expected("obb-vertex", time));
+    close(ratio(&weighted, "volume-tests"), expected("aabb", tests) / expected("obb-vertex", tests));
+    run.poses.iter_mut().for_each(|row| row.judged = None);
+    let (_folder, alike) = analyse(&run);
+    assert!(ratio(&weighted, "time") < 0.95 && ratio(&alike, "time") > 1.5);
+}
+
 /// Program times are the paper's quantity: 5 × 8 poses of 200 ns times 1 + chunk % 3 in each program. A program time is a sum, and its
 /// ratio a ratio of sums. The row of a program states how the program ends.
 #[test]

@@ -17,7 +17,7 @@
 //!   over the means of binaries if there are several (Kalibera and Jones 2013, ISMM, section 9: repeat at the highest level). A single
 //!   launch gives no interval.
 
-use super::stats::{Interval, RESAMPLES, below, generator, quantile, student_95, student_tails};
+use super::stats::{Interval, RESAMPLES, below, generator, over_strata, quantile, student_95, student_tails};
 use rand_pcg::Pcg64;
 use std::collections::BTreeMap;
 
@@ -244,20 +244,17 @@ impl Totals {
     /// from the variances of numerator - r · denominator in each stratum.
     fn freedom_of_clusters(&self, r: f64) -> (f64, f64, f64) {
         let weights = vec![1.0; self.launches];
-        let (mut sum, mut squares, mut drawn) = (0.0, 0.0, 0.0);
-        for stratum in self.strata.iter().filter(|stratum| stratum.len() > 1) {
+        let of_stratum = |stratum: &Vec<Cluster>| {
             let errors = stratum.iter().filter_map(|cluster| mean(cluster, &weights)).map(|(n, d)| n - r * d);
             let errors: Vec<f64> = errors.collect();
             let count = errors.len() as f64;
             let middle = errors.iter().sum::<f64>() / count;
-            let variance = errors.iter().map(|e| (e - middle).powi(2)).sum::<f64>() * count / (count - 1.0);
-            sum += variance;
-            squares += variance * variance / (count - 1.0);
-            drawn += variance * (count - 1.0) / count;
-        }
-        if sum > 0.0 {
+            (errors.iter().map(|e| (e - middle).powi(2)).sum::<f64>() * count / (count - 1.0), count)
+        };
+        let strata = self.strata.iter().filter(|stratum| stratum.len() > 1).map(of_stratum);
+        if let Some((freedom, lengthening, variance)) = over_strata(strata) {
             let (n, _) = self.sums(&weights);
-            return (sum * sum / squares, (sum / drawn).sqrt(), sum / (n * n));
+            return (freedom, lengthening, variance / (n * n));
         }
         // No spread at all: as many as there are.
         ((self.clusters() - self.strata.len()) as f64, 1.0, 0.0)

@@ -11,6 +11,7 @@
 use super::claims::ClaimSet;
 use super::ratios::Cases;
 use super::stats::{mean, median, student_95};
+use super::summary::Cell;
 use super::table::{Chunk, Scene};
 use super::{AnalysisError, ranking_workload};
 use crate::record::rows::CaseKey;
@@ -160,8 +161,9 @@ fn log_totals(scene: &Scene, workload: &str, case: &CaseKey, below: Option<&Case
     if chunks.is_empty() {
         return None;
     }
+    let weights = scene.weights(Cell { workload, stratum: None }, chunks.iter().copied());
     let total = |of: &BTreeMap<(u32, u32), Blocks>, launch: u32, block: u32| -> f64 {
-        chunks.iter().map(|chunk| in_block(&of[&(launch, *chunk)], block)).sum()
+        chunks.iter().map(|chunk| weights[chunk] * in_block(&of[&(launch, *chunk)], block)).sum()
     };
     let log = |launch: u32, block: u32| {
         let totals: Vec<f64> = of_cases.iter().map(|of| total(of, launch, block)).collect();

@@ -188,10 +188,11 @@ fn digits(value: f64) -> String {
 }
 
 fn misses_table(comparison: &Comparison) -> Table {
-    let mut table = table(&["SCENE", "VARIANT", "POLICY", ">BEFORE", ">AFTER", ""]);
+    let mut table = table(&["SCENE", "WORKLOAD", "VARIANT", "POLICY", ">BEFORE", ">AFTER", ""]);
     for row in &comparison.misses {
         table.add_row([
             row.scene.clone(),
+            row.workload.clone(),
             row.variant.clone(),
             row.policy.clone(),
             format!("{} of {}", row.missed.0, row.colliding.0),

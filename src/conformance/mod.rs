@@ -13,6 +13,7 @@ use crate::registry::Variant;
 use crate::tree::distance::Proximity;
 use crate::tree::validate::TreeFault;
 use crate::tree::{Axes, Policy, SplitRule};
+use nalgebra::UnitQuaternion;
 use obbtree::cases::{Case, Cases, Draw, contacts, meshes};
 use std::sync::LazyLock;
 
@@ -91,6 +92,8 @@ pub enum View {
     Exchanged,
     /// Both meshes are moved in their own frames, and the pose is changed accordingly.
     Moved,
+    /// The same, with a quaternion of a length other than 1.
+    Stretched,
 }
 
 impl std::fmt::Display for View {
@@ -99,6 +102,7 @@ impl std::fmt::Display for View {
             Self::Direct => "as it is",
             Self::Exchanged => "meshes exchanged",
             Self::Moved => "meshes moved in their frames",
+            Self::Stretched => "meshes moved in their frames, quaternion not of length 1",
         })
     }
 }
@@ -307,13 +311,17 @@ pub fn symmetry(variant: &Variant) -> Result<(), Fault> {
 }
 
 /// Checks that the variant agrees with the control after either mesh is moved in its own frame and the pose is adjusted accordingly. No
-/// volume may depend on the position of a part's origin.
+/// volume may depend on the position of a part's origin, or on the length of the quaternion, which is 1 ± 1e-7 at two of three poses
+/// ([`crate::volume::Shape::pose`]).
 ///
 /// # Errors
 /// The first difference.
 pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
     /// Largest displacement of an origin, mm.
     const SHIFT: f64 = 100.0;
+    /// Lengths of quaternions, in turn; coprime to the number of poses of an approach.
+    const LENGTHS: [(f64, View); 3] =
+        [(1.0, View::Moved), (1.0 + 1e-7, View::Stretched), (1.0 - 1e-7, View::Stretched)];
     let motion = |index: usize| {
         let mut draw = Draw::new(0, &["conformance", "frame", CASES.subjects[index].name], 0);
         // A mesh that fills the range has no room to be moved in.
@@ -329,12 +337,14 @@ pub fn rigid_motion(variant: &Variant) -> Result<(), Fault> {
         .collect();
     let models: Vec<_> = moved.iter().map(|mesh| variant.prepare(mesh, None)).collect();
     let triangles: Vec<_> = moved.iter().map(Mesh::triangles).collect();
-    for case in &CASES.cases {
+    for (case, (length, view)) in CASES.cases.iter().zip(LENGTHS.into_iter().cycle()) {
         let pose = motions[case.a] * case.a_from_b * motions[case.b].inverse();
+        let quaternion = *pose.rotation.quaternion() * length;
+        let pose = Isometry::from_parts(pose.translation, UnitQuaternion::new_unchecked(quaternion));
         let (verdict, _) = models[case.a].first_counted(&*models[case.b], &pose);
         let control = !contacts(&triangles[case.a], &triangles[case.b], &pose).is_empty();
         if verdict != control {
-            let what = Wrong::Verdict { view: View::Moved, a_from_b: pose, verdict, control };
+            let what = Wrong::Verdict { view, a_from_b: pose, verdict, control };
             return Err(fault(variant, case, what));
         }
     }

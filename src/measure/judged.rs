@@ -6,7 +6,7 @@ use super::plan::Plan;
 use crate::geometry::Isometry;
 use crate::record::{Band, PROGRAM_TIME, Stratum};
 use crate::scene::{Pair, ProgramRun, Scene};
-use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey};
+use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey, Verdict};
 use crate::workload::{self, PairPoses, PairSteps, PosedPair, Source, Workload, WorkloadError};
 use std::sync::Arc;
 use thiserror::Error;
@@ -183,8 +183,8 @@ fn judgements(
     } else {
         let mut found = truth::judge_all(&oracle, &poses, &strata.sought(), &|done| progress.advance(done));
         if along_path {
-            let exact: Vec<bool> = found.iter().map(|judgement| judgement.verdict.touches()).collect();
-            for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &exact)) {
+            let verdicts: Vec<Verdict> = found.iter().map(|judgement| judgement.verdict).collect();
+            for (judgement, depth) in found.iter_mut().zip(truth::path_depths(&oracle, &poses, &verdicts)) {
                 judgement.depth_mm = depth;
             }
         }

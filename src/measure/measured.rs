@@ -144,8 +144,10 @@ pub fn pose_rows(scene: &Scene, judged: &[JudgedPair], chunks: &[Chunk]) -> Vec<
         let judged = &judged[chunk.pair];
         let is_control = chunk.participants == Participants::Control;
         let workload = if is_control { CONTROL_WORKLOAD } else { judged.workload.as_str() };
+        let of_stratum = judged.poses_in(chunk.stratum).len() as u32;
         rows.extend(chunk.poses.iter().map(|&pose| PoseRow {
             workload: workload.to_owned(),
+            judged: Some(of_stratum),
             ..pose_row(scene, judged.pair, pose, chunk.number, &judged.poses[pose])
         }));
     }
@@ -174,6 +176,7 @@ fn pose_row(scene: &Scene, pair: Pair, step: usize, chunk: u32, pose: &JudgedPos
         clearance_mm: pose.clearance_mm.is_finite().then_some(pose.clearance_mm),
         exact: u8::from(pose.touches()),
         contained: u8::from(pose.contained),
+        judged: None,
     }
 }
 

@@ -46,7 +46,7 @@ pub struct Factors {
 fn title_of(response: &str) -> &'static str {
     match response {
         "volume-tests" => "volume tests of a query",
-        "triangle-tests" => "triangle tests of a query (counted from one)",
+        "triangle-tests" => "1 + triangle tests of a query",
         "time" => "query time",
         "build" => "time to build the trees",
         _ => "surface area of all boxes",

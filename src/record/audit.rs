@@ -54,7 +54,7 @@ pub struct AuditEffectRow {
     pub scene: String,
     /// Which cells went in: `safe` (those whose boxes contain everything), `all`, or those of one safe centre, by its name.
     pub cells: String,
-    /// What responds: `volume-tests`, `triangle-tests`, `time`, `build`, `box-area`.
+    /// What responds: `volume-tests`, `triangle-tests` (1 + triangle tests, since a query may have none), `time`, `build`, `box-area`.
     pub response: String,
     /// A factor, or two joined by `:`.
     pub term: String,

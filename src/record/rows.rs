@@ -134,6 +134,9 @@ pub struct PoseRow {
     pub exact: u8,
     /// 1 when the surfaces do not touch but one solid lies inside the other.
     pub contained: u8,
+    /// Number of poses of the workload that were judged, of this pair and stratum; empty for whole programs, and in older records.
+    #[serde(default)]
+    pub judged: Option<u32>,
 }
 
 /// One answer: one case's own query at one pose. Deterministic.
@@ -445,7 +448,7 @@ pub struct SummaryRow {
     pub scene: String,
     /// Workload name.
     pub workload: String,
-    /// Stratum, or `all`: every pose of the workload alike.
+    /// Stratum, or `all`: every pose of the workload alike, those of `recorded` by the shares of the recording's strata.
     pub stratum: String,
     /// Variant id.
     pub variant: String,

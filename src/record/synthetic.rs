@@ -270,6 +270,7 @@ impl Run {
                     clearance_mm: Some(if touches || ends { 0.0 } else { 5.0 }),
                     exact: u8::from(touches || ends),
                     contained: 0,
+                    judged: None,
                 });
             }
         }

@@ -91,8 +91,9 @@ impl<S> Tree<S> {
         Some(Tree { nodes, triangles: self.triangles.clone(), faces: self.faces.clone() })
     }
 
-    /// Memory the tree holds, bytes.
+    /// Memory the tree holds, bytes. A volume that owns memory besides its own size does not compile: it would not be counted.
     pub fn bytes(&self) -> usize {
+        const { assert!(!std::mem::needs_drop::<S>(), "a shape must not own memory: `Tree::bytes` would not count it") };
         size_of_val(self.nodes.as_slice()) + size_of_val(self.triangles.as_slice()) + size_of_val(self.faces.as_slice())
     }
 }

@@ -29,6 +29,11 @@ impl Verdict {
     pub const fn touches(&self) -> bool {
         self.witness.is_some()
     }
+
+    /// Whether the solids share a point: the surfaces do, or one solid lies wholly inside the other.
+    pub const fn collides(&self) -> bool {
+        self.touches() || self.contained
+    }
 }
 
 /// The verdict, clearance and depth of a pair at a pose.

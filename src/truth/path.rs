@@ -4,7 +4,7 @@
 //! within a step, length grows in proportion. Between two poses, `b` turns at a constant rate about an axis of fixed direction, and its
 //! origin moves along a straight line.
 
-use super::PairOracle;
+use super::{PairOracle, Verdict};
 use crate::geometry::Isometry;
 
 /// Accuracy, along the path, of the entries into contact and the exits from it, mm: a tenth of the limit between `grazing` and deeper.
@@ -15,24 +15,25 @@ const OPPOSITE: f64 = 1e-9;
 
 /// The travel past first contact, mm, for every colliding pose of a path (consecutive poses of one cluster); `None` for a free pose. It is
 /// the smaller of two path lengths: since contact was last entered, and until contact is left. It is infinite when neither is known, as for
-/// a recording that never leaves contact, so an unknown depth counts as deep. `exact` holds the exact verdicts of the poses.
+/// a recording that never leaves contact, so an unknown depth counts as deep. A pose that lies wholly inside the solid has no depth, but the
+/// way past it is no way out: it neither enters nor leaves contact. `verdicts` holds the exact verdicts of the poses.
 ///
 /// Entry and exit are found by bisection, with exact verdicts at interpolated poses, between a free pose and its colliding neighbour. When
 /// contact changes more than once within that step, one of the changes is found. A path that starts in contact has no entry; one that ends
 /// in contact has no exit. A gap that lies wholly between two colliding poses is not detected. When the lists differ in length, the surplus
 /// is ignored.
-pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> Vec<Option<f64>> {
-    let count = poses.len().min(exact.len());
-    let (poses, exact) = (&poses[..count], &exact[..count]);
+pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], verdicts: &[Verdict]) -> Vec<Option<f64>> {
+    let count = poses.len().min(verdicts.len());
+    let (poses, verdicts) = (&poses[..count], &verdicts[..count]);
     let steps: Vec<f64> = poses.windows(2).map(|pair| step_length_mm(oracle, &pair[0], &pair[1])).collect();
     let mut depths = vec![None; count];
     let mut first = 0;
     while first < count {
-        if !exact[first] {
+        if !verdicts[first].collides() {
             first += 1;
             continue;
         }
-        let last = (first..count).take_while(|&i| exact[i]).last().unwrap_or(first);
+        let last = (first..count).take_while(|&i| verdicts[i].collides()).last().unwrap_or(first);
         let entered = match first.checked_sub(1) {
             Some(before) => past_contact_mm(oracle, &poses[before], &poses[first], steps[before]),
             None => f64::INFINITY,
@@ -44,6 +45,7 @@ pub fn path_depths(oracle: &PairOracle, poses: &[Isometry], exact: &[bool]) -> V
         fill(&mut depths[first..=last], &steps[first..last], entered, left);
         first = last + 1;
     }
+    depths.iter_mut().zip(verdicts).filter(|(_, verdict)| !verdict.touches()).for_each(|(depth, _)| *depth = None);
     depths
 }
 
@@ -66,7 +68,7 @@ fn past_contact_mm(oracle: &PairOracle, free: &Isometry, colliding: &Isometry, l
         if middle <= low || middle >= high {
             break; // A step so long that its fractions run out.
         }
-        if oracle.touches(&between(free, colliding, middle)) { high = middle } else { low = middle }
+        if oracle.judge(&between(free, colliding, middle)).collides() { high = middle } else { low = middle }
     }
     (1.0 - high) * length_mm
 }
@@ -93,8 +95,8 @@ mod tests {
     }
 
     fn depths(oracle: &PairOracle, poses: &[Isometry]) -> Vec<Option<f64>> {
-        let exact: Vec<bool> = poses.iter().map(|pose| oracle.touches(pose)).collect();
-        path_depths(oracle, poses, &exact)
+        let verdicts: Vec<Verdict> = poses.iter().map(|pose| oracle.judge(pose)).collect();
+        path_depths(oracle, poses, &verdicts)
     }
 
     fn assert_near(found: &[Option<f64>], expected: &[Option<f64>]) {
@@ -129,6 +131,19 @@ mod tests {
         assert!(depths(&blocks(), &[]).is_empty());
     }
 
+    /// The tool lies wholly inside for |x| < 1 and touches from there to |x| = 3.
+    #[test]
+    fn a_pose_wholly_inside_is_no_way_out() {
+        let pose = |x: f64| Isometry::translation(x, 0.0, 0.0);
+        let into = [-5.0, -2.9, -1.0005, 0.0].map(pose);
+        assert_near(&depths(&blocks(), &into), &[None, Some(0.1), Some(1.9995), None]);
+        let through = [-5.0, -1.5, 0.0, 2.0, 5.0].map(pose);
+        assert_near(&depths(&blocks(), &through), &[None, Some(1.5), None, Some(1.0), None]);
+        // From a free pose straight into the solid: the entry is where the surfaces first touch.
+        let out = [-5.0, 0.0, 1.5].map(pose);
+        assert_near(&depths(&blocks(), &out), &[None, None, Some(4.5)]);
+    }
+
     #[test]
     fn a_turn_is_as_long_as_the_way_of_the_farthest_corner() {
         let oracle = blocks();
@@ -142,6 +157,6 @@ mod tests {
         let half_turn = Isometry::new(Vector::new(9.0, 0.0, 0.0), Vector::z() * std::f64::consts::PI);
         let poses = [half_turn, Isometry::translation(2.5, 0.0, 0.0)];
         assert!(depths(&blocks(), &poses)[1].is_some_and(f64::is_finite));
-        assert_eq!(path_depths(&blocks(), &poses, &[false]).len(), 1);
+        assert_eq!(path_depths(&blocks(), &poses, &[Verdict::default()]).len(), 1);
     }
 }

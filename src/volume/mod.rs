@@ -76,7 +76,8 @@ pub trait BoundingVolume: 'static {
 /// A volume around some triangles of one mesh, in the mesh's own frame (mm); each node of a tree holds one.
 ///
 /// The tree over a mesh never moves. A query computes the constants of the relative pose of the two meshes once ([`Shape::pose`]) and
-/// passes them to every overlap test of that query.
+/// passes them to every overlap test of that query. A shape owns no memory besides its own size (no `Vec`, no `Box`), which
+/// [`crate::tree::Tree::bytes`] asserts when it is compiled.
 pub trait Shape: Solid + Clone + Debug + 'static {
     /// The constants of one relative pose: computed once per query, never per node.
     type Pose;

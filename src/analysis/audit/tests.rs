@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::record::synthetic::{Plan, Run};
+use rand::Rng;
 use tempfile::TempDir;
 
 const ORIENTATIONS: [(&str, f64); 2] = [("turned", 1.0), ("level", 2.0)];
@@ -128,6 +129,27 @@ fn a_stratum_of_one_chunk_is_no_certainty() {
             assert_eq!((is_within, low.is_nan(), high.is_nan()), (has_interval, !has_interval, !has_interval));
         }
     }
+}
+
+/// One scene with four strata of two chunks and no effect: the intervals of at most about 15 of 300 samples must miss it. With a factor by
+/// the degrees of freedom of all strata together, some 32 do.
+#[test]
+fn strata_of_two_chunks_hold_what_they_promise() {
+    let mut noise = generator(5, "noise");
+    // Twelve uniform numbers less six: near enough to normal.
+    let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+    let level = |name: &str| vec![name.to_owned()];
+    let levels = Levels([[level("turned"), level("level")].concat(), level("tight"), level("halves"), level("1")]);
+    let mut missed = 0;
+    for sample in 0..300 {
+        let cluster = |number: u32| Cluster { group: (number / 2).to_string(), values: vec![normal(), 0.0] };
+        let clusters: Vec<Cluster> = (0..8).map(cluster).collect();
+        let mut outcome = AuditOutcome::default();
+        tell(&mut outcome, SAFE, "time", &levels, &("mill".to_owned(), vec![clusters.as_slice()]), sample);
+        let effect = &outcome.effects[0];
+        missed += u32::from(effect.low > 1.0 || effect.high < 1.0);
+    }
+    assert!(missed <= 24, "{missed} of 300");
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use super::{Comparison, SceneMatch, Side, case_name};
 use crate::analysis::ALL;
 use crate::analysis::judge::CLUSTERS_MIN;
-use crate::analysis::misses::Tally;
 use crate::analysis::stats::{self, Interval};
 use crate::analysis::table::Scene;
 use crate::analysis::totals::{Estimate, Totals};
@@ -77,11 +76,13 @@ pub struct TreeChange {
     pub overhang_mm: (f64, f64),
 }
 
-/// A case that misses more or fewer contacts than before.
+/// A case that misses more or fewer contacts of a workload than before.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MissChange {
     /// Scene.
     pub scene: String,
+    /// Workload.
+    pub workload: String,
     /// Variant id.
     pub variant: String,
     /// `split/axes/leaf`.
@@ -90,8 +91,9 @@ pub struct MissChange {
     pub missed: (u64, u64),
     /// Colliding poses, before and after.
     pub colliding: (u64, u64),
-    /// Whether the later run misses more. With the same poses, any additional miss counts. With other poses, the rate must lie beyond both
-    /// intervals, or a safe variant that missed none must miss at least one.
+    /// Whether the later run misses more. With the same poses, any additional miss counts: fewer in
+    /// another workload do not make up for it. With other poses, the rate must lie beyond both intervals, or a safe variant that missed none
+    /// must miss at least one.
     pub is_regression: bool,
 }
 
@@ -274,33 +276,30 @@ fn of_trees(scene: &str, before: &Side, after: &Side, comparison: &mut Compariso
     comparison.trees.extend(both.into_iter().filter(|(_, old, new)| !old.is_as(new)).map(change));
 }
 
-/// Compares misses in a scene even when its inputs differ, because a safe variant must never miss.
+/// Compares misses in a scene, workload by workload, even when its inputs differ, because a safe variant must never miss. A workload in which
+/// the earlier run met no contact counts as one without misses.
 pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, comparison: &mut Comparison) {
     let request = |side: &Side| (side.manifest.request.seed, side.manifest.request.verify_poses);
     let same_poses = scene.not_compared.is_none() && request(before) == request(after);
-    let cases: BTreeSet<&CaseKey> =
-        after.misses.iter().filter(|(name, ..)| *name == scene.scene).map(|(_, case, ..)| case).collect();
-    for case in cases {
-        let (Some(old), Some(new)) = (before.misses.of(&scene.scene, case), after.misses.of(&scene.scene, case)) else {
-            continue;
-        };
-        comparison.compared.misses += 1;
-        let sum = |of: &BTreeMap<String, Tally>, count: fn(&Tally) -> u64| of.values().map(count).sum::<u64>();
-        let missed = (sum(old, |tally| tally.missed_in_all), sum(new, |tally| tally.missed_in_all));
-        let colliding = (sum(old, |tally| tally.contacts_in_all), sum(new, |tally| tally.contacts_in_all));
+    let verified = before.misses.verified().filter(|(name, ..)| *name == scene.scene);
+    let known: BTreeSet<&CaseKey> = verified.map(|(_, case, ..)| case).collect();
+    let of_both = after.misses.iter().filter(|(name, case, ..)| *name == scene.scene && known.contains(case));
+    let mut compared = BTreeSet::new();
+    for (_, case, workload, new) in of_both {
+        compared.insert(case);
+        let old = before.misses.in_workload(&scene.scene, case, workload);
+        let missed = (old.missed_in_all, new.missed_in_all);
+        let colliding = (old.contacts_in_all, new.contacts_in_all);
         let is_safe = after.manifest.variants.iter().any(|variant| variant.id == case.variant && variant.safe);
-        // Rates are compared workload by workload.
-        let is_higher = |(workload, new): (&String, &Tally)| {
-            old.get(workload).is_some_and(|old| new.contacts() > 0 && new.interval().0 > old.interval().1)
-        };
         let is_regression = if same_poses && colliding.0 == colliding.1 {
             missed.1 > missed.0
         } else {
-            (is_safe && missed.0 == 0 && missed.1 > 0) || new.iter().any(is_higher)
+            (is_safe && missed.0 == 0 && missed.1 > 0) || (new.contacts() > 0 && new.interval().0 > old.interval().1)
         };
         if missed.0 != missed.1 || is_regression {
             comparison.misses.push(MissChange {
                 scene: scene.scene.clone(),
+                workload: workload.to_owned(),
                 variant: case.variant.clone(),
                 policy: case.policy(),
                 missed,
@@ -309,6 +308,7 @@ pub(super) fn of_misses(scene: &SceneMatch, before: &Side, after: &Side, compari
             });
         }
     }
+    comparison.compared.misses += compared.len();
 }
 
 /// Compares verdicts on the same claim, reading, scene and stratum.

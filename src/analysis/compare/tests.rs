@@ -137,6 +137,7 @@ fn of_launches(launches: u32, normal: &mut impl FnMut() -> f64) -> Scene {
         stratum: Stratum::Far,
         first_step: number,
         poses: 8,
+        judged: None,
         ends_in_contact: false,
         cluster: number,
         spans_strata: false,
@@ -227,6 +228,43 @@ fn one_more_miss_is_a_regression_and_one_fewer_is_none() {
         miss(1, "aabb")(run);
     });
     assert_eq!(broken.failed(), [Gate::Misses], "a safe variant misses none on any poses");
+}
+
+/// Fewer misses in one workload do not make up for more in another, and no contact before excuses no miss now. Lines of odd numbers are taken
+/// for those of another workload.
+#[test]
+fn misses_are_compared_by_workload() {
+    fn parted(run: &mut Run) {
+        run.lines.iter_mut().filter(|row| row.line % 2 == 1).for_each(|row| row.workload = "program".to_owned());
+        run.misses.iter_mut().filter(|row| row.line % 2 == 1).for_each(|row| row.workload = "program".to_owned());
+    }
+    fn missed<'a>(run: &'a mut Run, workload: &str) -> &'a mut u64 {
+        let is = |row: &&mut MissRow| row.case.starts_with("obb-vertex-centroid@") && row.workload == workload;
+        &mut run.misses.iter_mut().find(is).unwrap().missed
+    }
+    let mut run = Run::generate(&Plan::default());
+    parted(&mut run);
+    let before = folder_of(&run);
+    let after = again(&|run| {
+        parted(run);
+        *missed(run, "approach") -= 5;
+        *missed(run, "program") += 2;
+    });
+    let comparison = compare_runs(before.path(), after.path()).unwrap();
+    assert_eq!(comparison.failed(), [Gate::Misses]);
+    let changes: Vec<_> = comparison.misses.iter().map(|row| (row.workload.as_str(), row.is_regression)).collect();
+    assert_eq!(changes, [("approach", false), ("program", true)]);
+    run.lines.clear();
+    run.misses.clear();
+    let without = folder_of(&run);
+    let after = again(&|run| {
+        let stray = run.misses[0].clone();
+        run.misses.push(MissRow { case: "aabb@vertex-mean/own/1".to_owned(), missed: 1, ..stray });
+    });
+    let comparison = compare_runs(without.path(), after.path()).unwrap();
+    assert_eq!(comparison.failed(), [Gate::Misses]);
+    let worse: Vec<_> = comparison.misses.iter().filter(|row| row.is_regression).collect();
+    assert!(worse.len() == 1 && worse[0].variant == "aabb" && worse[0].missed == (0, 1), "{worse:?}");
 }
 
 #[test]
