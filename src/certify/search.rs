@@ -10,7 +10,7 @@ use std::mem::discriminant;
 
 /// Travel within an interval below which it is not halved any more, mm.
 const RESOLUTION_MM: f64 = 1e-4;
-/// Halvings of a step, however far it goes.
+/// Halvings of a step, however far it goes; fewer where places have no numbers between them.
 const LOWEST: i32 = -40;
 /// Most unresolved intervals of one step; at more, the rest of the step is unresolved.
 const MOST_OPEN: u32 = 8;
@@ -188,7 +188,9 @@ impl<'a> Search<'a> {
                 }
             }
             let is_short = *level <= 0 && bound_mm < RESOLUTION_MM;
-            if *level <= LOWEST || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
+            let middle = at + 2f64.powi(*level - 1);
+            let is_lowest = *level <= LOWEST || middle <= at || middle >= to;
+            if is_lowest || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
                 return self.give_up(at, to);
             }
             *level -= 1;
@@ -282,6 +284,7 @@ impl<'a> Search<'a> {
     }
 
     fn push(&mut self, from: f64, to: f64, finding: Finding) {
+        assert!(to > from, "an interval of no length at {from}");
         self.entries.push(Entry { from, to, finding });
     }
 
