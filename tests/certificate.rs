@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
-use bvbench::certify::{Certificate, Verdict, certify};
+use bvbench::certify::{Certificate, Doubt, Verdict, certify};
 use bvbench::geometry::Vector;
 use bvbench::measure::Silent;
 use bvbench::measure::peers::motions;
@@ -108,6 +108,38 @@ fn thin_walls_are_not_jumped_over() {
             accepted(&certificate, &what);
         }
     }
+}
+
+#[test]
+fn contact_begins_where_its_move_is_first_unresolved() {
+    // A holder with a corner in front passes a corner of a bracket by touching it at Y0, and runs into its wall behind that at Y24.
+    let scene = r#"
+title = "A bracket beside a slide"
+[[machine.links]]
+name = "slide"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[parts]]
+name = "bracket"
+role = "fixture"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [10, -10], [30, -10], [30, 40], [-20, 40], [-20, 30], [20, 30], [10, 10]] }
+[[parts]]
+name = "holder"
+role = "holder"
+link = "slide"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [-6, 6], [-12, 0], [-6, -6]] }
+[program]
+file = "own.ngc"
+start = { y_mm = -20 }
+"#;
+    let certificate = certified(&load(scene, "G1 Y40 F1000\nM2"));
+    assert_eq!(certificate.blocks[&1], Verdict::Collision, "{:?}", certificate.doubts);
+    let [Doubt { within, size_mm: Some(size_mm), .. }] = &certificate.doubts[..] else {
+        panic!("{:?}", certificate.doubts)
+    };
+    assert!(within[0] < 1.0 / 3.0 && 44.0 / 60.0 < within[1], "{within:?}");
+    // The way is all that lies between the two.
+    assert!((size_mm - 60.0 * (within[1] - within[0])).abs() < 1e-5, "{size_mm} {within:?}");
+    accepted(&certificate, "a bracket");
 }
 
 #[test]

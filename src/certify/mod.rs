@@ -21,7 +21,7 @@ use crate::scene::pairs::{self, Dropped, Reach};
 use crate::scene::{Clearances, Pair, Part, ProgramRun, Scene, TipFault};
 use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
-use hull::{Token, Tree};
+use hull::Tree;
 use motion::{PairMotion, Track};
 use rayon::prelude::*;
 use search::{Asked, Entry, Finding, Search};
@@ -179,7 +179,7 @@ fn conclude(
     found: &[(Pair, Vec<Entry>)],
 ) -> Certificate {
     let mut blocks: BTreeMap<u32, Verdict> = track.steps.iter().map(|step| (step.line, Verdict::Free)).collect();
-    let (mut cutting, mut doubts, mut intervals, mut planes) = (BTreeSet::new(), Vec::new(), 0, 0);
+    let (mut cutting, mut doubts, mut intervals) = (BTreeSet::new(), Vec::new(), 0);
     for (pair, entries) in found {
         for entry in entries {
             let steps = entry.from.floor() as usize..entry.to.ceil() as usize;
@@ -189,9 +189,8 @@ fn conclude(
                     cutting.extend(track.steps[steps].iter().map(|step| step.line));
                     continue;
                 }
-                Finding::Free { front, .. } => {
+                Finding::Free { .. } => {
                     intervals += 1;
-                    planes += front.iter().flatten().filter(|token| matches!(token, Token::Plane { .. })).count();
                     continue;
                 }
                 Finding::Open { apart_mm } if scene.is_cutting(*pair) => (entry.to, *apart_mm, Verdict::Stock),
@@ -210,5 +209,7 @@ fn conclude(
     doubts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let doubts = doubts.into_iter().map(|(_, doubt)| doubt).collect();
     let text = text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found });
+    let fronts = text.lines().filter(|line| line.starts_with("free "));
+    let planes = fronts.map(|line| line.matches(" p ").count()).sum();
     Certificate { text, blocks, cutting, doubts, skipped, examined: found.len(), intervals, planes }
 }

@@ -9,6 +9,7 @@ use crate::machine::Motion;
 use crate::scene::{Pair, ProgramRun, Scene};
 use rs274::Axis;
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// What a certificate says.
 pub(super) struct Proof<'a> {
@@ -118,6 +119,7 @@ impl Proof<'_> {
         for (pair, entries) in self.found {
             let how = if self.scene.is_cutting(*pair) { "cutting" } else { "examined" };
             writeln!(text, "pair {} {how}", pair_names(pair))?;
+            let mut planes: Option<&Arc<[Token]>> = None;
             for Entry { to, finding, .. } in entries {
                 match finding {
                     // The checker sees itself on which steps nothing is to be proved.
@@ -126,10 +128,13 @@ impl Proof<'_> {
                     Finding::Hit { place, way_mm, faces: [i, j] } => {
                         writeln!(text, "hit {to} {place} {way_mm} {i} {j}")?;
                     }
-                    Finding::Free { bound_mm, front: None } => writeln!(text, "same {to} {bound_mm}")?,
-                    Finding::Free { bound_mm, front: Some(front) } => {
+                    Finding::Free { bound_mm, front } if planes.is_some_and(|before| Arc::ptr_eq(before, front)) => {
+                        writeln!(text, "same {to} {bound_mm}")?;
+                    }
+                    Finding::Free { bound_mm, front } => {
+                        planes = Some(front);
                         write!(text, "free {to} {bound_mm}")?;
-                        for token in front {
+                        for token in front.iter() {
                             match token {
                                 Token::HalveA => write!(text, " a")?,
                                 Token::HalveB => write!(text, " b")?,

@@ -70,6 +70,8 @@ struct Current {
     is_cutting: bool,
     /// The place at which its last interval ended.
     at: f64,
+    /// The place at which its last interval that is open ended.
+    open: f64,
     front: Vec<Plane>,
     /// Where a stretch of free intervals begins; whether it is known that neither part is inside the other on it.
     stretch: Option<(Pose, bool)>,
@@ -212,7 +214,7 @@ impl Checker {
         }
         if is_cutting || why == "examined" {
             self.report.examined += 1;
-            self.current = Some(Current { parts, is_cutting, at: 0.0, front: Vec::new(), stretch: None });
+            self.current = Some(Current { parts, is_cutting, at: 0.0, open: 0.0, front: Vec::new(), stretch: None });
         } else if !matches!(why, "rigid" | "tools") {
             self.report.notes.push(format!("not examined: {names}, {why}"));
             self.stated.skipped.push([a.name.clone(), b.name.clone(), why.to_owned()]);
@@ -273,12 +275,14 @@ impl Checker {
         match keyword {
             "open" => {
                 words.number()?;
+                current.open = to;
                 verdict = if current.is_cutting { "stock" } else { "unresolved" };
             }
             "hit" => {
                 let (place, way) = (words.number()?, words.number()?);
-                if current.is_cutting || !(place >= from && place <= to && to == step + 1.0) {
-                    return Err("no contact can be there, or with what is left of the workpiece".to_owned());
+                let is_first = current.open <= step && place >= from && place <= to && to == step + 1.0;
+                if current.is_cutting || !is_first {
+                    return Err("no first contact can be there, nor with what is left of the workpiece".to_owned());
                 }
                 let places = [[from - step, place - step], [place - step; 2]];
                 let [before, there] = places.map(|places| machine.sweep(steps.start, places, pair));

@@ -252,6 +252,10 @@ fn contact_is_an_edge_through_a_triangle() {
     let found: Vec<_> = accepted(&hit("2 1.75 4.000001 0 0")).blocks.into_iter().collect();
     assert_eq!(found, [(0, "free"), (1, "collision"), (2, "unresolved")]);
     accepted(&hit("2 1.501 2.008001 0 0"));
+    // Nor is it the first behind what is open on its step.
+    let open = needle(&format!("{begin}\nopen 1.3 0\nsame 1.4 0.400001\nhit 2 1.75 2.800001 0 0\nopen 3 0"));
+    refused_at(&open, "hit", "no first contact can be there");
+    accepted(&needle(&format!("{begin}\nopen 2 0\nhit 3 2 0.000001 0 0")));
     refused_at(&hit("2 1.499 2.008001 0 0"), "hit", "do not pierce each other");
     for wrong in ["1 0", "0 1", "0 18446744073709551615"] {
         refused_at(&hit(&format!("2 1.75 4.000001 {wrong}")), "hit", "no such triangle");
