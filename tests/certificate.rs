@@ -721,6 +721,22 @@ fn a_certificate_that_was_tampered_with_is_refused() {
 }
 
 #[test]
+fn a_certificate_names_the_files_that_its_program_calls() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("main.ngc", "o<go> call\nM2");
+    write("go.ngc", "o<go> sub\nG0 Z10\no<go> endsub\nM2");
+    let program = folder.path().join("main.ngc");
+    let scene = sheets(0.3, "Z", "M2");
+    let run = scene.program.as_ref().unwrap().with_program(&program).unwrap();
+    let certificate = certify(&scene, &run, None, &Silent).unwrap();
+    let compared = || certificate_checker::check(&certificate.text, None, Some(&program), MOST_WORK);
+    assert!(compared().is_ok(), "{:?}", compared().err());
+    write("go.ngc", "o<go> sub\nG0 Z-10\no<go> endsub\nM2");
+    assert!(compared().unwrap_err().why.contains("go.ngc"));
+}
+
+#[test]
 fn shipped_programs_are_certified_and_their_scenes_compared() {
     for (name, least_free) in [("trunnion-impeller", 1), ("lathe-toolpost", 1), ("grading-1", 1)] {
         let scene = Scene::find(name).unwrap();

@@ -8,6 +8,7 @@ use crate::geometry::{Isometry, Vector};
 use crate::machine::Motion;
 use crate::scene::{Pair, ProgramRun, Scene};
 use rs274::Axis;
+use rs274::file::LARGEST_PROGRAM;
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -41,6 +42,11 @@ impl Proof<'_> {
         }
         let file = run.file.file_name().unwrap_or_default().to_string_lossy();
         writeln!(text, "program {} {}", name(&file), run.hash)?;
+        for file in &run.program.called_files {
+            let (own, content) = (file.file_name().unwrap_or_default(), rs274::file::bytes(file, LARGEST_PROGRAM));
+            let hash = content.map_or_else(|_| "-".to_owned(), |content| blake3::hash(&content).to_hex().to_string());
+            writeln!(text, "called {} {hash}", name(&own.to_string_lossy()))?;
+        }
         // Parents first.
         let depth = |&link: &usize| scene.machine.chain(Some(link)).count();
         let mut order: Vec<usize> = (0..scene.machine.links().len()).collect();

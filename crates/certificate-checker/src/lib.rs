@@ -60,6 +60,8 @@ struct Stated {
     parts: Vec<Part>,
     inputs: Vec<(String, String)>,
     program: (String, String),
+    /// Files beside the program's that it calls, with their hashes.
+    called: BTreeMap<String, String>,
     skipped: Vec<[String; 3]>,
 }
 

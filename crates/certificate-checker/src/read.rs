@@ -73,6 +73,10 @@ impl Stated {
             "made" | "scene" => words.0.by_ref().for_each(drop),
             "input" => self.inputs.push((words.name()?, words.word()?.to_owned())),
             "program" => self.program = (words.name()?, words.word()?.to_owned()),
+            // A file beside the program: no path.
+            "called" => {
+                drop(self.called.insert(words.name()?.replace(['/', '\\', ':'], "%"), words.word()?.to_owned()))
+            }
             "link" | "slide" | "turn" => {
                 let (name, parent, pose) = (words.name()?, self.link(&words.name()?)?, words.pose()?);
                 if self.link(&name).is_ok() {
