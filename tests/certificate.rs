@@ -364,7 +364,8 @@ start = { z_mm = 20 }
     // The mill's end is 20 mm above its zero point, the block's top at Z10: at Z-10 one slides over the other.
     let wanted = ["free", "free", "free", "free", "free", "stock", "free", "free", "stock", "free", "free"];
     assert_eq!(found, wanted, "{:?}", certificate.doubts);
-    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 3, 4]);
+    // Where it dwells it does not feed.
+    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 4]);
     let report = accepted(&certificate, "a rapid");
     assert!(
         report.notes.contains(&"at rapids alone, against the whole workpiece: block:mill".to_owned()),
@@ -375,6 +376,12 @@ start = { z_mm = 20 }
     let within = certified(&load(&scene.replace("z_mm = 20", "z_mm = -15"), "G1 X20 F500\nM2"));
     assert_eq!(within.blocks.values().copied().collect::<Vec<_>>(), [Verdict::Stock, Verdict::Free]);
     accepted(&within, "the start");
+    // What stands in the block at the start, after a rapid or behind a change of tools, no feed has brought there.
+    let brought = certified(&load(scene, "G4 P1\nG0 X-20 Z-15\nG4 P1\nG1 X20 F500\nG4 P1\nT1 M6\nG4 P1\nM2"));
+    let found: Vec<&str> = brought.blocks.values().map(|verdict| verdict.name()).collect();
+    assert_eq!(found, ["free", "free", "stock", "stock", "free", "free", "stock", "stock"], "{:?}", brought.doubts);
+    assert_eq!(brought.cutting.iter().copied().collect::<Vec<_>>(), [4]);
+    accepted(&brought, "a dwell");
     // Who says nothing of the rapid is not believed.
     let claimed: String =
         certificate.text.lines().filter(|line| !line.starts_with("open ")).map(|line| line.to_owned() + "\n").collect();

@@ -22,7 +22,7 @@ use crate::scene::{Clearances, Pair, Part, ProgramRun, Scene, TipFault};
 use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
 use hull::Tree;
-use motion::{PairMotion, Track};
+use motion::{Course, PairMotion, Track};
 use rayon::prelude::*;
 use search::{Asked, Entry, Finding, Search};
 use std::collections::{BTreeMap, BTreeSet};
@@ -186,7 +186,8 @@ fn conclude(
             let (end, size_mm, verdict) = match &entry.finding {
                 Finding::Away => continue,
                 Finding::Meant => {
-                    cutting.extend(track.steps[steps].iter().map(|step| step.line));
+                    let feeds = track.steps[steps].iter().filter(|step| step.course != Course::Point);
+                    cutting.extend(feeds.map(|step| step.line));
                     continue;
                 }
                 Finding::Free { .. } => {

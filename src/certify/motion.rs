@@ -31,6 +31,8 @@ pub(super) struct Step {
     /// The tool in the spindle.
     pub tool: u32,
     pub course: Course,
+    /// Whether a cutter may be in the workpiece: it feeds, or stands where a feed has brought it.
+    pub cuts: bool,
     pub from: Position,
     pub to: Position,
     /// Under tool-centre-point control the tool's length, mm; X, Y and Z are then the tip's.
@@ -48,8 +50,16 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
         .map_err(|cause| TipFault { file: run.file.clone(), line: cause.line, cause: cause.into() })?;
     let tools = run.tools();
     let start = run.start;
-    let mut steps =
-        vec![Step { line: 0, tool: run.setup.tool, course: Course::Point, from: start, to: start, tip_mm: None }];
+    let first = Step {
+        line: 0,
+        tool: run.setup.tool,
+        course: Course::Point,
+        cuts: false,
+        from: start,
+        to: start,
+        tip_mm: None,
+    };
+    let mut steps = vec![first];
     let (mut from, mut rest) = (start, samples.as_slice());
     for (index, step) in run.program.moves.iter().enumerate() {
         let (own, behind) = rest.split_at(rest.iter().take_while(|sample| sample.move_index == index).count());
@@ -65,8 +75,13 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
         };
         let ends =
             if step.kind == MoveKind::Rapid { own.iter().map(|leg| leg.position).collect() } else { vec![step.end] };
+        let cuts = match course {
+            Course::Line | Course::Arc { .. } => true,
+            Course::Rapid => false,
+            Course::Point => steps.last().is_some_and(|before| before.cuts && before.tool == tools[index]),
+        };
         for to in ends {
-            steps.push(Step { line: step.line, tool: tools[index], course, from, to, tip_mm: step.tip_mm });
+            steps.push(Step { line: step.line, tool: tools[index], course, cuts, from, to, tip_mm: step.tip_mm });
             from = to;
         }
         from = step.end;

@@ -44,7 +44,7 @@ pub(super) enum Finding {
     Open { apart_mm: Option<f64> },
     /// One of the two is not in the spindle.
     Away,
-    /// The cutter feeds into the workpiece: contact is what the program is for.
+    /// The cutter feeds into the workpiece, or stands there: contact is what the program is for.
     Meant,
 }
 
@@ -153,13 +153,7 @@ impl<'a> Search<'a> {
         if self.asked.tools.iter().any(|own| own.is_some_and(|own| own != step.tool)) {
             return Some(Finding::Away);
         }
-        let is_feed = match step.course {
-            Course::Line | Course::Arc { .. } => true,
-            Course::Rapid => false,
-            // A dwell stands where the tool was brought; at the start and after a change of tools nothing has brought it.
-            Course::Point => index > 0 && self.track.steps[index - 1].tool == step.tool,
-        };
-        (self.asked.is_cutting && is_feed).then_some(Finding::Meant)
+        (self.asked.is_cutting && step.cuts).then_some(Finding::Meant)
     }
 
     /// Decides on an interval that begins at `at` and has at most 2^level steps; returns its end.

@@ -245,10 +245,10 @@ impl Checker {
             let Some(step) = machine.steps.get(current.at as usize) else { break };
             let is_there = |part: &usize| parts[*part].tool.is_none_or(|tool| tool == step.tool);
             if current.parts.iter().all(is_there) {
-                if !current.is_cutting || !machine.cuts(current.at as usize) {
+                if !(current.is_cutting && step.cuts) {
                     break;
                 }
-                report.cutting.insert(step.line);
+                report.cutting.extend((!step.is_point).then_some(step.line));
             }
             current.finish_stretch(parts, work)?;
             current.at += 1.0;

@@ -36,7 +36,8 @@ pub struct Step {
     pub line: u32,
     pub tool: u32,
     pub is_point: bool,
-    pub is_rapid: bool,
+    /// Whether the cutter may be in the workpiece: it feeds, or stands where it fed.
+    pub cuts: bool,
     /// Plane; centre and sweep.
     pub arc: Option<([usize; 2], [f64; 3])>,
     pub from: [f64; 9],
@@ -133,12 +134,6 @@ impl Machine {
     pub fn continues(&self, step: usize) -> bool {
         let Some([one, next]) = self.steps[..=step].last_chunk() else { return true };
         one.to == next.from && one.tip == next.tip && one.arc.is_none()
-    }
-
-    /// Whether the cutter may be in the workpiece: it feeds, or it stands where the move before ended.
-    pub fn cuts(&self, step: usize) -> bool {
-        let Step { is_point, is_rapid, tool, .. } = self.steps[step];
-        !is_rapid && (!is_point || step > 0 && self.steps[step - 1].tool == tool)
     }
 
     /// The joints between a link and the nearest link that carries it and the other one, from the link on.

@@ -118,9 +118,11 @@ impl Stated {
 
     fn step(&mut self, course: &str, words: &mut Words<'_>) -> Result<(), String> {
         let (line, tool) = (words.whole()?, words.whole()?);
-        let from = self.machine.steps.last().map_or([0.0; 9], |step| step.to);
-        let (is_point, is_rapid) = (course == "point", course == "rapid");
-        let mut step = Step { line, tool, is_point, is_rapid, arc: None, from, to: from, tip: None };
+        let before = self.machine.steps.last();
+        let (from, is_point) = (before.map_or([0.0; 9], |step| step.to), course == "point");
+        let stays = before.is_some_and(|step| step.cuts && step.tool == tool);
+        let cuts = course == "feed" || is_point && stays;
+        let mut step = Step { line, tool, is_point, cuts, arc: None, from, to: from, tip: None };
         while let Some(word) = words.0.next() {
             match word {
                 "tip" => step.tip = Some(words.number()?),

@@ -525,7 +525,7 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "free", "stock"]);
     let report = accepted(&text);
     assert_eq!((report.examined, report.intervals), (1, 1));
-    assert_eq!(report.cutting.into_iter().collect::<Vec<_>>(), [1, 2]);
+    assert_eq!(report.cutting.into_iter().collect::<Vec<_>>(), [1]);
     assert!(report.notes.contains(&"at rapids alone, against the whole workpiece: a:b".to_owned()));
     // In pieces of steps as well, and an arc is a feed.
     accepted(&cutting(moves, &format!("cutting\n{free}\nopen 3.5 0\nopen 4 0")));
@@ -542,6 +542,15 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "stock", "stock"]);
     let kept = changed.replace("rapid 3 1", "rapid 3 2");
     assert_eq!(blocks(&cutting(&kept, &format!("cutting\n{free}\nopen 3 0\nopen 4 0")))[2], "stock");
+    // What stands after a rapid, at the start, or behind a point after a change of tools, no feed has brought there.
+    let behind = moves.replace("rapid 3 1 Z 0\n", "rapid 3 1 Z 0\npoint 4 1\n");
+    let opened = format!("cutting\n{free}\nopen 5 0");
+    assert_eq!(blocks(&cutting(&behind, &opened)), ["free", "free", "free", "stock", "stock"]);
+    refused_at(&cutting(&behind, &format!("cutting\n{free}\nopen 4 0")), "end", "does not come to the end of the path");
+    assert_eq!(blocks(&cutting("point 1 1\n", "cutting\nopen 2 0")), ["stock"; 2]);
+    assert!(accepted(&cutting("point 1 1\n", "cutting\nopen 2 0")).cutting.is_empty());
+    let twice = changed.replace("rapid 3 1 Z 0\n", "point 3 2\nrapid 4 2 Z 0\n");
+    assert_eq!(blocks(&cutting(&twice, &opened)), ["free", "free", "stock", "stock", "stock"]);
     // A tool that is not there does not cut.
     let away = text.replace("b s cutter -", "b s cutter 2").replace("bvbench-certificate 3\n", "");
     let report = accepted(&written(&away.replace(&format!("{free}\nopen 3 0\nopen 4 0\n"), "open 3 0\n")));
