@@ -58,6 +58,8 @@ struct Part {
 struct Stated {
     machine: Machine,
     parts: Vec<Part>,
+    /// Links and parts by their names.
+    named: [BTreeMap<String, usize>; 2],
     inputs: Vec<(String, String)>,
     program: (String, String),
     /// Files beside the program's that it calls, with their hashes.
@@ -79,7 +81,7 @@ struct Current {
     stretch: Option<(Pose, bool)>,
 }
 
-/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at. To place a link is [`LINK`] of them,
+/// Elementary steps that are left: a line; a box or a triangle beside a plane or an edge; a link or a move that is looked at. To place a link is [`LINK`] of them,
 /// to take up a plane two, and two more for each way of a motion.
 #[derive(Default)]
 struct Work(Cell<u64>);
@@ -113,6 +115,7 @@ type Checked<T = ()> = Result<T, String>;
 pub fn check(text: &str, scene: Option<&Path>, program: Option<&Path>, most_work: u64) -> Result<Report, Refusal> {
     let mut checker = Checker { work: Work(Cell::new(most_work)), ..Checker::default() };
     let world = Link { name: "-".to_owned(), parent: 0, pose: Pose::IDENTITY, joint: None };
+    checker.stated.named[0].insert(world.name.clone(), 0);
     checker.stated.machine.links.push(world);
     let (mut count, mut length) = (0, 0);
     for line in text.split_inclusive('\n') {
@@ -152,7 +155,7 @@ impl Checker {
     fn line(&mut self, line: &str) -> Checked {
         let mut words = Words(line.split_ascii_whitespace());
         let keyword = words.word()?;
-        self.work.take(self.stated.machine.links.len() + self.stated.parts.len());
+        self.work.take(1);
         match keyword {
             "pair" => self.pair(&mut words)?,
             "free" | "same" | "hit" | "open" => self.interval(keyword, &mut words)?,
@@ -195,6 +198,7 @@ impl Checker {
             return Err("the pair was there before".to_owned());
         }
         let [a, b] = parts.map(|part| &self.stated.parts[part]);
+        self.work.take(a.link + b.link);
         let joints = [[a, b], [b, a]].map(|[one, other]| self.stated.machine.chain(one.link, other.link).len());
         let are = |role: &str, other: &str| a.role == role && b.role == other || a.role == other && b.role == role;
         let is_structure = |part: &Part| part.role == "machine" && part.tool.is_none();

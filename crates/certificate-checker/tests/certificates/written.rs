@@ -652,6 +652,21 @@ fn links_and_ways_are_counted() {
 }
 
 #[test]
+fn a_line_takes_as_many_steps_however_many_parts_there_are() {
+    // A plate of pins: each line names two of them.
+    let text = |count: usize| {
+        let pins = (0..count).map(|i| cube(&format!("p{i} - fixture - {PLAIN}"), [4.0 * i as f64, 0.0, 0.0], 1.0));
+        let pairs = (0..count).flat_map(|i| (0..i).map(move |j| format!("pair p{i} p{j} rigid\n")));
+        written(&format!("{}point 0 1\n{}", pins.collect::<String>(), pairs.collect::<String>()))
+    };
+    for count in [20, 200] {
+        let text = text(count);
+        let (work, lines) = (accepted(&text).work, text.lines().count() as u64);
+        assert!(lines <= work && work < lines + 100, "{count} pins: {work} steps for {lines} lines");
+    }
+}
+
+#[test]
 fn rays_are_counted() {
     // Cubes beside cubes, each of which has a ray for each stretch; between these the two are open.
     let cubes = |x: f64| {
