@@ -143,6 +143,44 @@ start = { y_mm = -20 }
 }
 
 #[test]
+fn fractions_are_of_the_move_and_not_of_the_leg_of_a_dog_leg() {
+    let scene = r#"
+title = "A clamp at the end of a rapid"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[parts]]
+name = "clamp"
+role = "fixture"
+at = { xyz_mm = [80, 10, 0] }
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, -5], [10, -5], [10, 5], [0, 5]] }
+[[parts]]
+name = "holder"
+role = "holder"
+link = "y"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[-3, -3], [3, -3], [3, 3], [-3, 3]] }
+[program]
+file = "own.ngc"
+[check]
+rapid = "dog-leg"
+rapid_mm_min = 10000
+"#;
+    // 10 mm in both axes and 90 mm in one. The holder is at the clamp at X77.
+    for (program, contact) in [("G0 X100 Y10\nM2", 0.77), ("G0 X50 Y10\nG1 X100 F1000\nM2", 27.0 / 50.0)] {
+        let certificate = certified(&load(scene, program));
+        let [Doubt { within, verdict: Verdict::Collision, .. }] = &certificate.doubts[..] else {
+            panic!("{program}: {:?}", certificate.doubts)
+        };
+        assert!(within[0] <= contact && contact <= within[1] && within[1] < contact + 1e-4, "{program}: {within:?}");
+        accepted(&certificate, program);
+    }
+}
+
+#[test]
 fn what_stays_apart_is_free_however_near_and_what_touches_is_not() {
     // Sideways over the wall: 0.0001 mm above it, on it, and 0.0001 mm within it.
     for (above, verdict) in [(1e-4, Verdict::Free), (0.0, Verdict::Unresolved), (-1e-4, Verdict::Collision)] {

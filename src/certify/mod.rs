@@ -22,7 +22,7 @@ use crate::scene::{Clearances, Pair, Part, ProgramRun, Scene, TipFault};
 use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
 use hull::Tree;
-use motion::{Course, PairMotion, Track};
+use motion::{Course, PairMotion, Step, Track};
 use rayon::prelude::*;
 use search::{Asked, Entry, Finding, Search};
 use std::collections::{BTreeMap, BTreeSet};
@@ -60,7 +60,7 @@ pub struct Doubt {
     pub line: u32,
     /// The parts.
     pub pair: Pair,
-    /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
+    /// Fractions of the move, of its time where it is a dog-leg: first contact is between the two, or what is unresolved.
     pub within: [f64; 2],
     /// For a collision the travel between these fractions, mm; for any other stretch the clearance at which the search stopped, mm, and `None` where nothing bounds
     /// the way of the axes there.
@@ -199,11 +199,13 @@ fn conclude(
                 Finding::Hit { place, way_mm, .. } => (*place, Some(*way_mm), Verdict::Collision),
             };
             for step in steps {
-                let (line, begin) = (track.steps[step].line, step as f64);
-                let known = blocks.entry(line).or_insert(verdict);
+                let (Step { line, within: [first, last], .. }, begin) = (&track.steps[step], step as f64);
+                let known = blocks.entry(*line).or_insert(verdict);
                 *known = verdict.max(*known);
                 let within = [entry.from, end].map(|place| (place - begin).clamp(0.0, 1.0));
-                doubts.push((begin + within[0], Doubt { line, pair: *pair, within, size_mm, verdict }));
+                let place = begin + within[0];
+                let within = within.map(|part| first + part * (last - first));
+                doubts.push((place, Doubt { line: *line, pair: *pair, within, size_mm, verdict }));
             }
         }
     }

@@ -33,6 +33,8 @@ pub(super) struct Step {
     pub course: Course,
     /// Whether a cutter may be in the workpiece: it feeds, or stands where a feed has brought it.
     pub cuts: bool,
+    /// The stretch of the move that the step is, by fractions of its time.
+    pub within: [f64; 2],
     pub from: Position,
     pub to: Position,
     /// Under tool-centre-point control the tool's length, mm; X, Y and Z are then the tip's.
@@ -55,6 +57,7 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
         tool: run.setup.tool,
         course: Course::Point,
         cuts: false,
+        within: [0.0, 1.0],
         from: start,
         to: start,
         tip_mm: None,
@@ -73,16 +76,19 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
                 Course::Arc { plane: [first, second], centre, sweep }
             }
         };
-        let ends =
-            if step.kind == MoveKind::Rapid { own.iter().map(|leg| leg.position).collect() } else { vec![step.end] };
+        let ends = match step.kind {
+            MoveKind::Rapid => own.iter().map(|leg| (leg.position, leg.fraction)).collect(),
+            _ => vec![(step.end, 1.0)],
+        };
         let cuts = match course {
             Course::Line | Course::Arc { .. } => true,
             Course::Rapid => false,
             Course::Point => steps.last().is_some_and(|before| before.cuts && before.tool == tools[index]),
         };
-        for to in ends {
-            steps.push(Step { line: step.line, tool: tools[index], course, cuts, from, to, tip_mm: step.tip_mm });
-            from = to;
+        let (line, tool, tip_mm, mut begin) = (step.line, tools[index], step.tip_mm, 0.0);
+        for (to, end) in ends {
+            steps.push(Step { line, tool, course, cuts, within: [begin, end], from, to, tip_mm });
+            (from, begin) = (to, end);
         }
         from = step.end;
     }
