@@ -287,8 +287,9 @@ struct Between {
     turns: bool,
 }
 
-/// What may happen to part `b` as seen from part `a` over a region: the pose at its middle, and from there the sum of ways (each times a number of its own from -1
-/// to 1), of an ellipsoid, and of a ball of radius `radius`; mm, in the frame of link `a`.
+/// Motions of a pair over a region: the pose of `b` in `a` at its middle, and how far a point of `b` is displaced from there less a point of `a`, both as seen from the
+/// link that they share: the sum of ways (each times a number of its own from -1 to 1), of an ellipsoid, and of a ball of radius `radius`; mm, in the axes of `a` at
+/// the middle. With the tip's way known, `a` stands and `b` goes.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     pub a_from_b: Isometry,
@@ -299,7 +300,7 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// The farthest that any point goes from its place at the middle, mm.
+    /// The most by which the displacement of a point of `b` differs from one of `a`, mm.
     pub fn bound_mm(&self) -> f64 {
         let group = self.group.iter().map(Vector::norm_squared).sum::<f64>().sqrt();
         self.ways.iter().map(Vector::norm).sum::<f64>() + self.ball * group + self.radius

@@ -36,7 +36,7 @@ pub(super) struct Entry {
 
 #[derive(Clone, Debug)]
 pub(super) enum Finding {
-    /// Parted by planes, which intervals may share. `bound_mm` is the farthest that a point goes from its place at the middle.
+    /// Parted by planes, which intervals may share. `bound_mm` is how far the two parts' displacements from the middle differ at most.
     Free { bound_mm: f64, front: Arc<[Token]> },
     /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
     Hit { place: f64, way_mm: f64, faces: [u32; 2] },

@@ -66,7 +66,8 @@ struct TipWay {
     round: I,
 }
 
-/// All motions of `b` in the frame of `a`: a pose, plus each way times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
+/// Motions of a pair: the pose of `b` in `a` at the middle; and displacements from there of points of `b` less those of `a`, in the axes of `a` at the middle: each way
+/// times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
 pub struct Sweep {
     pub a_from_b: Pose,
     pub ways: Vec<V>,
@@ -95,12 +96,12 @@ impl Sweep {
         ways + self.ellipsoid.iter().fold(ZERO, |sum, half| sum + length(half).squared()).sqrt()
     }
 
-    /// Greatest motion of any point against `n`, times the length of `n`, without the ball.
+    /// Greatest of these displacements against `n`, times the length of `n`, without the ball.
     pub fn towards(&self, n: &V) -> I {
         self.reach(|v| I::of(dot(n, v).most()))
     }
 
-    /// The farthest that any point goes from its place at the middle.
+    /// Greatest length of these displacements: the motion bound.
     pub fn bound(&self) -> I {
         self.reach(norm) + self.radius
     }
