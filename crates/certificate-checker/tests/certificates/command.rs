@@ -69,6 +69,7 @@ fn a_refused_certificate_is_told_by_its_line() {
 fn bad_usage_ends_with_two() {
     let (out, _, code) = run(&["--help"], "");
     assert!(code == 0 && out.contains("Usage: certificate-checker CERTIFICATE"), "{out}");
+    assert!(out.contains("0 accepted, also where blocks are `collision`"), "{out}");
     assert_eq!(run(&["-h"], "").0, out);
     let (_, error, code) = run(&[], "");
     assert!(code == 2 && error.contains("Usage"), "{error}");
