@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
-use bvbench::certify::{Certificate, Verdict, certify};
+use bvbench::certify::{Certificate, Doubt, Verdict, certify};
 use bvbench::geometry::Vector;
 use bvbench::measure::Silent;
 use bvbench::measure::peers::motions;
@@ -107,6 +107,76 @@ fn thin_walls_are_not_jumped_over() {
             }
             accepted(&certificate, &what);
         }
+    }
+}
+
+#[test]
+fn contact_begins_where_its_move_is_first_unresolved() {
+    // A holder with a corner in front passes a corner of a bracket by touching it at Y0, and runs into its wall behind that at Y24.
+    let scene = r#"
+title = "A bracket beside a slide"
+[[machine.links]]
+name = "slide"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[parts]]
+name = "bracket"
+role = "fixture"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [10, -10], [30, -10], [30, 40], [-20, 40], [-20, 30], [20, 30], [10, 10]] }
+[[parts]]
+name = "holder"
+role = "holder"
+link = "slide"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [-6, 6], [-12, 0], [-6, -6]] }
+[program]
+file = "own.ngc"
+start = { y_mm = -20 }
+"#;
+    let certificate = certified(&load(scene, "G1 Y40 F1000\nM2"));
+    assert_eq!(certificate.blocks[&1], Verdict::Collision, "{:?}", certificate.doubts);
+    let [Doubt { within, size_mm: Some(size_mm), .. }] = &certificate.doubts[..] else {
+        panic!("{:?}", certificate.doubts)
+    };
+    assert!(within[0] < 1.0 / 3.0 && 44.0 / 60.0 < within[1], "{within:?}");
+    // The way is all that lies between the two.
+    assert!((size_mm - 60.0 * (within[1] - within[0])).abs() < 1e-5, "{size_mm} {within:?}");
+    accepted(&certificate, "a bracket");
+}
+
+#[test]
+fn fractions_are_of_the_move_and_not_of_the_leg_of_a_dog_leg() {
+    let scene = r#"
+title = "A clamp at the end of a rapid"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[parts]]
+name = "clamp"
+role = "fixture"
+at = { xyz_mm = [80, 10, 0] }
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, -5], [10, -5], [10, 5], [0, 5]] }
+[[parts]]
+name = "holder"
+role = "holder"
+link = "y"
+shape = { kind = "extrude", height_mm = 10, outline_mm = [[-3, -3], [3, -3], [3, 3], [-3, 3]] }
+[program]
+file = "own.ngc"
+[check]
+rapid = "dog-leg"
+rapid_mm_min = 10000
+"#;
+    // 10 mm in both axes and 90 mm in one. The holder is at the clamp at X77.
+    for (program, contact) in [("G0 X100 Y10\nM2", 0.77), ("G0 X50 Y10\nG1 X100 F1000\nM2", 27.0 / 50.0)] {
+        let certificate = certified(&load(scene, program));
+        let [Doubt { within, verdict: Verdict::Collision, .. }] = &certificate.doubts[..] else {
+            panic!("{program}: {:?}", certificate.doubts)
+        };
+        assert!(within[0] <= contact && contact <= within[1] && within[1] < contact + 1e-4, "{program}: {within:?}");
+        accepted(&certificate, program);
     }
 }
 
@@ -282,15 +352,16 @@ tools = [{ number = 1, offset = { z_mm = 50 } }]
 tool = 1
 tool_centre_point = { tool_link = "quill" }
 "#;
-    // X and the quill are too near to one line from 41.5 degrees on.
-    let certificate = certified(&load(scene, "G43.4 H1\nG1 X0 Y0 Z30 F500\nG1 B40\nG1 B50\nM2"));
-    assert_eq!(certificate.blocks[&4], Verdict::Unresolved);
-    assert!(
-        certificate.doubts.iter().all(|doubt| doubt.line == 4 && doubt.size_mm.is_none()),
-        "{:?}",
-        certificate.doubts
-    );
-    accepted(&certificate, "no bound");
+    // X and the quill are too near to one line from 41.5 degrees on. Behind place 8192 halving ends where places have no numbers between them.
+    for dwells in [0, 8192] {
+        let program = "G4 P1\n".repeat(dwells) + "G43.4 H1\nG1 X0 Y0 Z30 F500\nG1 B40\nG1 B50\nG1 B40\nG1 X5\nM2";
+        let certificate = certified(&load(scene, &program));
+        let unresolved = [4, 5].map(|line| dwells as u32 + line);
+        let is_told = |line: &u32, verdict: &Verdict| (*verdict == Verdict::Unresolved) == unresolved.contains(line);
+        assert!(certificate.blocks.iter().all(|(line, verdict)| is_told(line, verdict)), "{:?}", certificate.doubts);
+        assert!(certificate.doubts.iter().all(|doubt| doubt.size_mm.is_none()), "{:?}", certificate.doubts);
+        accepted(&certificate, "no bound");
+    }
 }
 
 #[test]
@@ -331,7 +402,8 @@ start = { z_mm = 20 }
     // The mill's end is 20 mm above its zero point, the block's top at Z10: at Z-10 one slides over the other.
     let wanted = ["free", "free", "free", "free", "free", "stock", "free", "free", "stock", "free", "free"];
     assert_eq!(found, wanted, "{:?}", certificate.doubts);
-    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 3, 4]);
+    // Where it dwells it does not feed.
+    assert_eq!(certificate.cutting.iter().copied().collect::<Vec<_>>(), [2, 4]);
     let report = accepted(&certificate, "a rapid");
     assert!(
         report.notes.contains(&"at rapids alone, against the whole workpiece: block:mill".to_owned()),
@@ -342,6 +414,12 @@ start = { z_mm = 20 }
     let within = certified(&load(&scene.replace("z_mm = 20", "z_mm = -15"), "G1 X20 F500\nM2"));
     assert_eq!(within.blocks.values().copied().collect::<Vec<_>>(), [Verdict::Stock, Verdict::Free]);
     accepted(&within, "the start");
+    // What stands in the block at the start, after a rapid or behind a change of tools, no feed has brought there.
+    let brought = certified(&load(scene, "G4 P1\nG0 X-20 Z-15\nG4 P1\nG1 X20 F500\nG4 P1\nT1 M6\nG4 P1\nM2"));
+    let found: Vec<&str> = brought.blocks.values().map(|verdict| verdict.name()).collect();
+    assert_eq!(found, ["free", "free", "stock", "stock", "free", "free", "stock", "stock"], "{:?}", brought.doubts);
+    assert_eq!(brought.cutting.iter().copied().collect::<Vec<_>>(), [4]);
+    accepted(&brought, "a dwell");
     // Who says nothing of the rapid is not believed.
     let claimed: String =
         certificate.text.lines().filter(|line| !line.starts_with("open ")).map(|line| line.to_owned() + "\n").collect();
@@ -685,6 +763,22 @@ fn a_certificate_that_was_tampered_with_is_refused() {
         *counts.entry(what).or_default() += 1;
     }
     println!("{wanted} tampered certificates refused: {counts:?}");
+}
+
+#[test]
+fn a_certificate_names_the_files_that_its_program_calls() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("main.ngc", "o<go> call\nM2");
+    write("go.ngc", "o<go> sub\nG0 Z10\no<go> endsub\nM2");
+    let program = folder.path().join("main.ngc");
+    let scene = sheets(0.3, "Z", "M2");
+    let run = scene.program.as_ref().unwrap().with_program(&program).unwrap();
+    let certificate = certify(&scene, &run, None, &Silent).unwrap();
+    let compared = || certificate_checker::check(&certificate.text, None, Some(&program), MOST_WORK);
+    assert!(compared().is_ok(), "{:?}", compared().err());
+    write("go.ngc", "o<go> sub\nG0 Z-10\no<go> endsub\nM2");
+    assert!(compared().unwrap_err().why.contains("go.ngc"));
 }
 
 #[test]

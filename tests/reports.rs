@@ -353,38 +353,40 @@ fn box_stl(low: [f64; 3], high: [f64; 3]) -> String {
 
 #[test]
 fn whatever_fails_a_check_is_in_every_report() {
-    let (cut, with_tool) = ("M3 S1000 G0 Z5\nG1 Z-3 F500\nG0 Z5\nM2", "role = \"cutter\"\ntool = 1\n");
-    for (role, program, arguments, rule, line, case) in [
-        (
-            "role = \"cutter\"\n",
-            cut,
-            &["--target", "box.stl", "--stock-resolution", "1"][..],
-            "target-gouge",
-            1,
-            "the wanted part",
-        ),
+    let cut = "M3 S1000 G0 Z5\nG1 Z-3 F500\nG0 Z5\nM2";
+    for ([from, to], program, arguments, rule, line, case) in [
+        ([""; 2], cut, &["--target", "box.stl", "--stock-resolution", "1"][..], "target-gouge", 1, "the wanted part"),
         // Under the cut, and 10 mm beyond the block at two sides.
-        (
-            "role = \"cutter\"\n",
-            cut,
-            &["--target", "wide.stl", "--stock-resolution", "1"],
-            "target-gouge",
-            1,
-            "the wanted part",
-        ),
+        ([""; 2], cut, &["--target", "wide.stl", "--stock-resolution", "1"], "target-gouge", 1, "the wanted part"),
         // A retreat out of the whole workpiece is not proved.
         (
-            "role = \"cutter\"\n",
+            [""; 2],
             cut,
             &["--stock-resolution", "none", "--certify", "part.cert"],
             "not-proved",
             3,
             "proof of each block",
         ),
-        (with_tool, "G0 Z40\nT8 M6\nG0 Z30\nG1 X5 F500\nM2", &[], "tool-without-part", 4, "tools in use"),
+        // What is finished is not cut, so that nothing decides on a rapid within the tolerance of it.
+        (
+            ["[check]\n", "[check]\ngouge_mm = 0.05\n"],
+            "M3 S1000 G0 Z5\nG0 Z-0.005\nM2",
+            &["--certify", "part.cert"],
+            "not-proved",
+            2,
+            "proof of each block",
+        ),
+        (
+            ["role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n"],
+            "G0 Z40\nT8 M6\nG0 Z30\nG1 X5 F500\nM2",
+            &[],
+            "tool-without-part",
+            4,
+            "tools in use",
+        ),
     ] {
         let folder = scene(program);
-        let changed = MILL.replacen("role = \"cutter\"\n", role, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
+        let changed = MILL.replacen(from, to, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
         fs::write(folder.path().join("scene.toml"), changed).unwrap();
         for (name, low, high) in [
             ("box.stl", [-50.0, -50.0, -10.0], [50.0, 50.0, 10.0]),
@@ -459,5 +461,8 @@ fn reports_come_beside_what_is_printed() {
     assert_eq!((output.status.code(), &json["collides"]), (Some(1), &Value::Bool(true)));
     assert!(folder.path().join("a.sarif").is_file() && folder.path().join("b.xml").is_file());
     let help = Command::cargo_bin("bvbench").unwrap().args(["check", "--help"]).output().unwrap();
-    assert!(String::from_utf8(help.stdout).unwrap().contains("part.ngc --sarif part.sarif --junit part.xml"));
+    let help = String::from_utf8(help.stdout).unwrap();
+    let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("part.ngc --sarif part.sarif --junit part.xml"));
+    assert!(words.contains("or with --certify a block is not proved, 2 bad usage"), "{words}");
 }

@@ -21,8 +21,8 @@ use crate::scene::pairs::{self, Dropped, Reach};
 use crate::scene::{Clearances, Pair, Part, ProgramRun, Scene, TipFault};
 use crate::tree::{Policy, SplitRule};
 use crate::truth::Solid;
-use hull::{Token, Tree};
-use motion::{PairMotion, Track};
+use hull::Tree;
+use motion::{Course, PairMotion, Step, Track};
 use rayon::prelude::*;
 use search::{Asked, Entry, Finding, Search};
 use std::collections::{BTreeMap, BTreeSet};
@@ -60,7 +60,7 @@ pub struct Doubt {
     pub line: u32,
     /// The parts.
     pub pair: Pair,
-    /// Fractions of the move, or of the leg of a dog-leg: first contact is between the two, or what is unresolved.
+    /// Fractions of the move, of its time where it is a dog-leg: first contact is between the two, or what is unresolved.
     pub within: [f64; 2],
     /// For a collision the travel between these fractions, mm; for any other stretch the clearance at which the search stopped, mm, and `None` where nothing bounds
     /// the way of the axes there.
@@ -179,19 +179,19 @@ fn conclude(
     found: &[(Pair, Vec<Entry>)],
 ) -> Certificate {
     let mut blocks: BTreeMap<u32, Verdict> = track.steps.iter().map(|step| (step.line, Verdict::Free)).collect();
-    let (mut cutting, mut doubts, mut intervals, mut planes) = (BTreeSet::new(), Vec::new(), 0, 0);
+    let (mut cutting, mut doubts, mut intervals) = (BTreeSet::new(), Vec::new(), 0);
     for (pair, entries) in found {
         for entry in entries {
             let steps = entry.from.floor() as usize..entry.to.ceil() as usize;
             let (end, size_mm, verdict) = match &entry.finding {
                 Finding::Away => continue,
                 Finding::Meant => {
-                    cutting.extend(track.steps[steps].iter().map(|step| step.line));
+                    let feeds = track.steps[steps].iter().filter(|step| step.course != Course::Point);
+                    cutting.extend(feeds.map(|step| step.line));
                     continue;
                 }
-                Finding::Free { front, .. } => {
+                Finding::Free { .. } => {
                     intervals += 1;
-                    planes += front.iter().flatten().filter(|token| matches!(token, Token::Plane { .. })).count();
                     continue;
                 }
                 Finding::Open { apart_mm } if scene.is_cutting(*pair) => (entry.to, *apart_mm, Verdict::Stock),
@@ -199,16 +199,20 @@ fn conclude(
                 Finding::Hit { place, way_mm, .. } => (*place, Some(*way_mm), Verdict::Collision),
             };
             for step in steps {
-                let (line, begin) = (track.steps[step].line, step as f64);
-                let known = blocks.entry(line).or_insert(verdict);
+                let (Step { line, within: [first, last], .. }, begin) = (&track.steps[step], step as f64);
+                let known = blocks.entry(*line).or_insert(verdict);
                 *known = verdict.max(*known);
                 let within = [entry.from, end].map(|place| (place - begin).clamp(0.0, 1.0));
-                doubts.push((begin + within[0], Doubt { line, pair: *pair, within, size_mm, verdict }));
+                let place = begin + within[0];
+                let within = within.map(|part| first + part * (last - first));
+                doubts.push((place, Doubt { line: *line, pair: *pair, within, size_mm, verdict }));
             }
         }
     }
     doubts.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let doubts = doubts.into_iter().map(|(_, doubt)| doubt).collect();
     let text = text::write(&text::Proof { scene, run, steps: &track.steps, trees, skipped: &skipped, found });
+    let fronts = text.lines().filter(|line| line.starts_with("free "));
+    let planes = fronts.map(|line| line.matches(" p ").count()).sum();
     Certificate { text, blocks, cutting, doubts, skipped, examined: found.len(), intervals, planes }
 }

@@ -31,6 +31,10 @@ pub(super) struct Step {
     /// The tool in the spindle.
     pub tool: u32,
     pub course: Course,
+    /// Whether a cutter may be in the workpiece: it feeds, or stands where a feed has brought it.
+    pub cuts: bool,
+    /// The stretch of the move that the step is, by fractions of its time.
+    pub within: [f64; 2],
     pub from: Position,
     pub to: Position,
     /// Under tool-centre-point control the tool's length, mm; X, Y and Z are then the tip's.
@@ -48,8 +52,17 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
         .map_err(|cause| TipFault { file: run.file.clone(), line: cause.line, cause: cause.into() })?;
     let tools = run.tools();
     let start = run.start;
-    let mut steps =
-        vec![Step { line: 0, tool: run.setup.tool, course: Course::Point, from: start, to: start, tip_mm: None }];
+    let first = Step {
+        line: 0,
+        tool: run.setup.tool,
+        course: Course::Point,
+        cuts: false,
+        within: [0.0, 1.0],
+        from: start,
+        to: start,
+        tip_mm: None,
+    };
+    let mut steps = vec![first];
     let (mut from, mut rest) = (start, samples.as_slice());
     for (index, step) in run.program.moves.iter().enumerate() {
         let (own, behind) = rest.split_at(rest.iter().take_while(|sample| sample.move_index == index).count());
@@ -63,11 +76,19 @@ pub(super) fn steps(scene: &Scene, run: &ProgramRun) -> Result<Vec<Step>, TipFau
                 Course::Arc { plane: [first, second], centre, sweep }
             }
         };
-        let ends =
-            if step.kind == MoveKind::Rapid { own.iter().map(|leg| leg.position).collect() } else { vec![step.end] };
-        for to in ends {
-            steps.push(Step { line: step.line, tool: tools[index], course, from, to, tip_mm: step.tip_mm });
-            from = to;
+        let ends = match step.kind {
+            MoveKind::Rapid => own.iter().map(|leg| (leg.position, leg.fraction)).collect(),
+            _ => vec![(step.end, 1.0)],
+        };
+        let cuts = match course {
+            Course::Line | Course::Arc { .. } => true,
+            Course::Rapid => false,
+            Course::Point => steps.last().is_some_and(|before| before.cuts && before.tool == tools[index]),
+        };
+        let (line, tool, tip_mm, mut begin) = (step.line, tools[index], step.tip_mm, 0.0);
+        for (to, end) in ends {
+            steps.push(Step { line, tool, course, cuts, within: [begin, end], from, to, tip_mm });
+            (from, begin) = (to, end);
         }
         from = step.end;
     }
@@ -266,8 +287,9 @@ struct Between {
     turns: bool,
 }
 
-/// What may happen to part `b` as seen from part `a` over a region: the pose at its middle, and from there the sum of ways (each times a number of its own from -1
-/// to 1), of an ellipsoid, and of a ball of radius `radius`; mm, in the frame of link `a`.
+/// Motions of a pair over a region: the pose of `b` in `a` at its middle, and how far a point of `b` is displaced from there less a point of `a`, both as seen from the
+/// link that they share: the sum of ways (each times a number of its own from -1 to 1), of an ellipsoid, and of a ball of radius `radius`; mm, in the axes of `a` at
+/// the middle. With the tip's way known, `a` stands and `b` goes.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     pub a_from_b: Isometry,
@@ -278,7 +300,7 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// The farthest that any point goes from its place at the middle, mm.
+    /// The most by which the displacement of a point of `b` differs from one of `a`, mm.
     pub fn bound_mm(&self) -> f64 {
         let group = self.group.iter().map(Vector::norm_squared).sum::<f64>().sqrt();
         self.ways.iter().map(Vector::norm).sum::<f64>() + self.ball * group + self.radius

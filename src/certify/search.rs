@@ -6,11 +6,12 @@ use crate::geometry::{Isometry, Vector};
 use crate::method::Model;
 use crate::truth::Solid;
 use std::cell::Cell;
-use std::mem::discriminant;
+use std::mem::{discriminant, take};
+use std::sync::Arc;
 
 /// Travel within an interval below which it is not halved any more, mm.
 const RESOLUTION_MM: f64 = 1e-4;
-/// Halvings of a step, however far it goes.
+/// Halvings of a step, however far it goes; fewer where places have no numbers between them.
 const LOWEST: i32 = -40;
 /// Most unresolved intervals of one step; at more, the rest of the step is unresolved.
 const MOST_OPEN: u32 = 8;
@@ -35,15 +36,15 @@ pub(super) struct Entry {
 
 #[derive(Clone, Debug)]
 pub(super) enum Finding {
-    /// Parted by planes, which are those of the interval before where there are none. `bound_mm` is the farthest that a point goes from its place at the middle.
-    Free { bound_mm: f64, front: Option<Vec<Token>> },
+    /// Parted by planes, which intervals may share. `bound_mm` is how far the two parts' displacements from the middle differ at most.
+    Free { bound_mm: f64, front: Arc<[Token]> },
     /// In contact for the first time at `place` at the latest, at most `way_mm` of travel behind `from`. What is behind that on the step is not looked at.
     Hit { place: f64, way_mm: f64, faces: [u32; 2] },
     /// Neither is proved. Holds the distance of the nearest triangles that were met, at the last interval tried, mm; `None` where nothing bounds the axes there.
     Open { apart_mm: Option<f64> },
     /// One of the two is not in the spindle.
     Away,
-    /// The cutter feeds into the workpiece: contact is what the program is for.
+    /// The cutter feeds into the workpiece, or stands there: contact is what the program is for.
     Meant,
 }
 
@@ -66,7 +67,7 @@ pub(super) struct Search<'a> {
     pub solids: [&'a Solid; 2],
     pub asked: Asked,
     pub entries: Vec<Entry>,
-    front: Vec<Token>,
+    front: Arc<[Token]>,
     hint: Vector,
     /// Two triangles that no plane was found for.
     failed: Option<[u32; 2]>,
@@ -97,7 +98,7 @@ impl<'a> Search<'a> {
             solids,
             asked,
             entries: Vec::new(),
-            front: Vec::new(),
+            front: Arc::default(),
             hint: Vector::x(),
             failed: None,
             apart_mm: None,
@@ -143,6 +144,7 @@ impl<'a> Search<'a> {
             at = self.advance(at, &mut level);
         }
         self.open_what_is_inside();
+        self.begin_hits();
     }
 
     /// Why nothing is to be proved on a step.
@@ -151,13 +153,7 @@ impl<'a> Search<'a> {
         if self.asked.tools.iter().any(|own| own.is_some_and(|own| own != step.tool)) {
             return Some(Finding::Away);
         }
-        let is_feed = match step.course {
-            Course::Line | Course::Arc { .. } => true,
-            Course::Rapid => false,
-            // A dwell stands where the tool was brought; at the start and after a change of tools nothing has brought it.
-            Course::Point => index > 0 && self.track.steps[index - 1].tool == step.tool,
-        };
-        (self.asked.is_cutting && is_feed).then_some(Finding::Meant)
+        (self.asked.is_cutting && step.cuts).then_some(Finding::Meant)
     }
 
     /// Decides on an interval that begins at `at` and has at most 2^level steps; returns its end.
@@ -180,50 +176,46 @@ impl<'a> Search<'a> {
                 let parting = Parting { a: self.trees[0], b: self.trees[1], sweep: &sweep, tried: &tried };
                 let parted = self.part(&parting);
                 self.tried += tried.get();
-                if let Some(front) = parted {
-                    // Printed shortly, and never less.
-                    let bound_mm = (bound_mm * 1e6 + 1.0).ceil() / 1e6;
+                if parted {
+                    let (bound_mm, front) = (printed(bound_mm), Arc::clone(&self.front));
                     self.push(at, to, Finding::Free { bound_mm, front });
                     return to;
                 }
             }
             let is_short = *level <= 0 && bound_mm < RESOLUTION_MM;
-            if *level <= LOWEST || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
+            let middle = at + 2f64.powi(*level - 1);
+            let is_lowest = *level <= LOWEST || middle <= at || middle >= to;
+            if is_lowest || is_short || *level <= 0 && self.given_up[0] >= MOST_GIVEN_UP[0] {
                 return self.give_up(at, to);
             }
             *level -= 1;
         }
     }
 
-    /// Planes that part the pair over a region: those that did before (`Some(None)`), or new ones.
-    fn part(&mut self, parting: &Parting<'_>) -> Option<Option<Vec<Token>>> {
+    /// Whether planes part the pair over a region: those that did before, or new ones.
+    fn part(&mut self, parting: &Parting<'_>) -> bool {
         if parting.holds(&self.front) {
-            return Some(None);
+            return true;
         }
         if let Some(failed) = self.failed
             && !parting.parts_triangles(failed)
         {
             self.apart_mm = Some(parting.apart_mm(failed));
-            return None;
+            return false;
         }
         if self.touches_at(&parting.sweep.a_from_b) {
             self.apart_mm = Some(0.0);
-            return None;
+            return false;
         }
-        match parting.front(&mut self.hint) {
-            Ok(front) => {
-                self.front.clone_from(&front);
-                Some(Some(front))
-            }
+        let front = parting.front(&mut self.hint);
+        match &front {
+            Ok(planes) => self.front = planes.as_slice().into(),
             Err(Some(failed)) => {
-                (self.failed, self.apart_mm) = (Some(failed), Some(parting.apart_mm(failed)));
-                None
+                (self.failed, self.apart_mm) = (Some(*failed), Some(parting.apart_mm(*failed)));
             }
-            Err(None) => {
-                self.given_up = self.given_up.map(|count| count + 1);
-                None
-            }
+            Err(None) => self.given_up = self.given_up.map(|count| count + 1),
         }
+        front.is_ok()
     }
 
     /// Whether the variant that is asked finds contact at a pose; without one, no.
@@ -244,29 +236,23 @@ impl<'a> Search<'a> {
             _ => vec![at, f64::midpoint(at, to), to],
         };
         let pierced = places.into_iter().find_map(|place| Some((place, self.piercing_at(step, place)?)));
-        let begins =
-            |entry: &&Entry| matches!(entry.finding, Finding::Open { .. }) && entry.from >= step && entry.to == at;
-        let from = self.entries.last().filter(begins).map_or(at, |entry| entry.from);
         if let Some((place, faces)) = pierced {
-            if from < at {
-                self.entries.pop();
-            }
-            let way = self.track.region(from, place).map_or(f64::INFINITY, |region| self.bound_mm(&region));
-            let way_mm = (2.0 * way * 1e6 + 1.0).ceil() / 1e6;
-            self.push(from, step + 1.0, Finding::Hit { place, way_mm, faces });
+            // How far it is there is known when all is that is unresolved on the step.
+            self.push(at, step + 1.0, Finding::Hit { place, way_mm: f64::INFINITY, faces });
             return step + 1.0;
         }
         self.open_on_step += 1;
         self.open_in_all += u32::from(!self.asked.is_cutting);
         let is_enough = self.asked.is_cutting || self.open_on_step >= MOST_OPEN || self.given_up[0] >= MOST_GIVEN_UP[0];
         let end = if is_enough { step + 1.0 } else { to };
-        let mut apart_mm = self.apart_mm;
-        if from < at
-            && let Some(Entry { finding: Finding::Open { apart_mm: before }, .. }) = self.entries.pop()
+        if let Some(Entry { from, to, finding: Finding::Open { apart_mm } }) = self.entries.last_mut()
+            && *from >= step
+            && *to == at
         {
-            apart_mm = apart_mm.zip(before).map(|(apart, before)| apart.min(before));
+            (*to, *apart_mm) = (end, apart_mm.zip(self.apart_mm).map(|(before, apart)| apart.min(before)));
+        } else {
+            self.push(at, end, Finding::Open { apart_mm: self.apart_mm });
         }
-        self.push(from, end, Finding::Open { apart_mm });
         end
     }
 
@@ -282,13 +268,13 @@ impl<'a> Search<'a> {
     }
 
     fn push(&mut self, from: f64, to: f64, finding: Finding) {
+        assert!(to > from, "an interval of no length at {from}");
         self.entries.push(Entry { from, to, finding });
     }
 
     /// Surfaces that do not touch may be of solids of which one is inside the other. Where the hulls of both are parted at some time, neither is as long as the surfaces
     /// do not meet; elsewhere it is looked at once for each stretch.
     fn open_what_is_inside(&mut self) {
-        let mut rooted = false;
         let mut first = 0;
         while first < self.entries.len() {
             let is_free = |entry: &Entry| matches!(entry.finding, Finding::Free { .. });
@@ -297,13 +283,11 @@ impl<'a> Search<'a> {
                 first += 1;
                 continue;
             }
-            let mut is_outside = false;
-            for entry in &self.entries[first..end] {
-                if let Finding::Free { front: Some(front), .. } = &entry.finding {
-                    rooted = matches!(front[..], [Token::Plane { .. }]);
-                }
-                is_outside |= rooted;
-            }
+            let is_rooted = |entry: &Entry| match &entry.finding {
+                Finding::Free { front, .. } => matches!(front[..], [Token::Plane { .. }]),
+                _ => false,
+            };
+            let is_outside = self.entries[first..end].iter().any(is_rooted);
             if !is_outside && self.is_inside_at(&self.entries[first]) {
                 for entry in &mut self.entries[first..end] {
                     entry.finding = Finding::Open { apart_mm: Some(0.0) };
@@ -313,9 +297,36 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The first contact may be wherever a step is unresolved: a hit begins with the first such interval of its step, and takes the place of all from there on.
+    /// Where nothing bounds the way from there to the contact, nothing is known of when it begins.
+    fn begin_hits(&mut self) {
+        let mut entries: Vec<Entry> = Vec::with_capacity(self.entries.len());
+        for mut entry in take(&mut self.entries) {
+            if let Finding::Hit { place, way_mm, .. } = &mut entry.finding {
+                let on_step = entries.partition_point(|before| before.from < entry.from.floor());
+                let is_open = |before: &Entry| matches!(before.finding, Finding::Open { .. });
+                if let Some(first) = entries[on_step..].iter().position(is_open) {
+                    entry.from = entries[on_step + first].from;
+                    entries.truncate(on_step + first);
+                }
+                match self.track.region(entry.from, *place) {
+                    Some(region) => *way_mm = printed(2.0 * self.bound_mm(&region)),
+                    None => entry.finding = Finding::Open { apart_mm: None },
+                }
+            }
+            entries.push(entry);
+        }
+        self.entries = entries;
+    }
+
     fn is_inside_at(&self, entry: &Entry) -> bool {
         let Some(region) = self.track.region(entry.from, entry.to) else { return true };
         let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
         Solid::one_in_the_other(self.solids[0], self.solids[1], &sweep.a_from_b)
     }
+}
+
+/// A bound as it is printed: shortly, and never less.
+fn printed(mm: f64) -> f64 {
+    (mm * 1e6 + 1.0).ceil() / 1e6
 }

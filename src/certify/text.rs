@@ -8,7 +8,9 @@ use crate::geometry::{Isometry, Vector};
 use crate::machine::Motion;
 use crate::scene::{Pair, ProgramRun, Scene};
 use rs274::Axis;
+use rs274::file::LARGEST_PROGRAM;
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// What a certificate says.
 pub(super) struct Proof<'a> {
@@ -40,6 +42,11 @@ impl Proof<'_> {
         }
         let file = run.file.file_name().unwrap_or_default().to_string_lossy();
         writeln!(text, "program {} {}", name(&file), run.hash)?;
+        for file in &run.program.called_files {
+            let (own, content) = (file.file_name().unwrap_or_default(), rs274::file::bytes(file, LARGEST_PROGRAM));
+            let hash = content.map_or_else(|_| "-".to_owned(), |content| blake3::hash(&content).to_hex().to_string());
+            writeln!(text, "called {} {hash}", name(&own.to_string_lossy()))?;
+        }
         // Parents first.
         let depth = |&link: &usize| scene.machine.chain(Some(link)).count();
         let mut order: Vec<usize> = (0..scene.machine.links().len()).collect();
@@ -118,6 +125,7 @@ impl Proof<'_> {
         for (pair, entries) in self.found {
             let how = if self.scene.is_cutting(*pair) { "cutting" } else { "examined" };
             writeln!(text, "pair {} {how}", pair_names(pair))?;
+            let mut planes: Option<&Arc<[Token]>> = None;
             for Entry { to, finding, .. } in entries {
                 match finding {
                     // The checker sees itself on which steps nothing is to be proved.
@@ -126,10 +134,13 @@ impl Proof<'_> {
                     Finding::Hit { place, way_mm, faces: [i, j] } => {
                         writeln!(text, "hit {to} {place} {way_mm} {i} {j}")?;
                     }
-                    Finding::Free { bound_mm, front: None } => writeln!(text, "same {to} {bound_mm}")?,
-                    Finding::Free { bound_mm, front: Some(front) } => {
+                    Finding::Free { bound_mm, front } if planes.is_some_and(|before| Arc::ptr_eq(before, front)) => {
+                        writeln!(text, "same {to} {bound_mm}")?;
+                    }
+                    Finding::Free { bound_mm, front } => {
+                        planes = Some(front);
                         write!(text, "free {to} {bound_mm}")?;
-                        for token in front {
+                        for token in front.iter() {
                             match token {
                                 Token::HalveA => write!(text, " a")?,
                                 Token::HalveB => write!(text, " b")?,

@@ -58,8 +58,12 @@ struct Part {
 struct Stated {
     machine: Machine,
     parts: Vec<Part>,
+    /// Links and parts by their names.
+    named: [BTreeMap<String, usize>; 2],
     inputs: Vec<(String, String)>,
     program: (String, String),
+    /// Files beside the program's that it calls, with their hashes.
+    called: BTreeMap<String, String>,
     skipped: Vec<[String; 3]>,
 }
 
@@ -70,12 +74,14 @@ struct Current {
     is_cutting: bool,
     /// The place at which its last interval ended.
     at: f64,
+    /// The place at which its last interval that is open ended.
+    open: f64,
     front: Vec<Plane>,
     /// Where a stretch of free intervals begins; whether it is known that neither part is inside the other on it.
     stretch: Option<(Pose, bool)>,
 }
 
-/// Elementary steps that are left: a box or a triangle beside a plane or an edge; a link, a part or a move that is looked at. To place a link is [`LINK`] of them,
+/// Elementary steps that are left: a line; a box or a triangle beside a plane or an edge; a link or a move that is looked at. To place a link is [`LINK`] of them,
 /// to take up a plane two, and two more for each way of a motion.
 #[derive(Default)]
 struct Work(Cell<u64>);
@@ -109,6 +115,7 @@ type Checked<T = ()> = Result<T, String>;
 pub fn check(text: &str, scene: Option<&Path>, program: Option<&Path>, most_work: u64) -> Result<Report, Refusal> {
     let mut checker = Checker { work: Work(Cell::new(most_work)), ..Checker::default() };
     let world = Link { name: "-".to_owned(), parent: 0, pose: Pose::IDENTITY, joint: None };
+    checker.stated.named[0].insert(world.name.clone(), 0);
     checker.stated.machine.links.push(world);
     let (mut count, mut length) = (0, 0);
     for line in text.split_inclusive('\n') {
@@ -148,7 +155,7 @@ impl Checker {
     fn line(&mut self, line: &str) -> Checked {
         let mut words = Words(line.split_ascii_whitespace());
         let keyword = words.word()?;
-        self.work.take(self.stated.machine.links.len() + self.stated.parts.len());
+        self.work.take(1);
         match keyword {
             "pair" => self.pair(&mut words)?,
             "free" | "same" | "hit" | "open" => self.interval(keyword, &mut words)?,
@@ -191,6 +198,7 @@ impl Checker {
             return Err("the pair was there before".to_owned());
         }
         let [a, b] = parts.map(|part| &self.stated.parts[part]);
+        self.work.take(a.link + b.link);
         let joints = [[a, b], [b, a]].map(|[one, other]| self.stated.machine.chain(one.link, other.link).len());
         let are = |role: &str, other: &str| a.role == role && b.role == other || a.role == other && b.role == role;
         let is_structure = |part: &Part| part.role == "machine" && part.tool.is_none();
@@ -212,7 +220,7 @@ impl Checker {
         }
         if is_cutting || why == "examined" {
             self.report.examined += 1;
-            self.current = Some(Current { parts, is_cutting, at: 0.0, front: Vec::new(), stretch: None });
+            self.current = Some(Current { parts, is_cutting, at: 0.0, open: 0.0, front: Vec::new(), stretch: None });
         } else if !matches!(why, "rigid" | "tools") {
             self.report.notes.push(format!("not examined: {names}, {why}"));
             self.stated.skipped.push([a.name.clone(), b.name.clone(), why.to_owned()]);
@@ -241,10 +249,10 @@ impl Checker {
             let Some(step) = machine.steps.get(current.at as usize) else { break };
             let is_there = |part: &usize| parts[*part].tool.is_none_or(|tool| tool == step.tool);
             if current.parts.iter().all(is_there) {
-                if !current.is_cutting || !machine.cuts(current.at as usize) {
+                if !(current.is_cutting && step.cuts) {
                     break;
                 }
-                report.cutting.insert(step.line);
+                report.cutting.extend((!step.is_point).then_some(step.line));
             }
             current.finish_stretch(parts, work)?;
             current.at += 1.0;
@@ -273,12 +281,14 @@ impl Checker {
         match keyword {
             "open" => {
                 words.number()?;
+                current.open = to;
                 verdict = if current.is_cutting { "stock" } else { "unresolved" };
             }
             "hit" => {
                 let (place, way) = (words.number()?, words.number()?);
-                if current.is_cutting || !(place >= from && place <= to && to == step + 1.0) {
-                    return Err("no contact can be there, or with what is left of the workpiece".to_owned());
+                let is_first = current.open <= step && place >= from && place <= to && to == step + 1.0;
+                if current.is_cutting || !is_first {
+                    return Err("no first contact can be there, nor with what is left of the workpiece".to_owned());
                 }
                 let places = [[from - step, place - step], [place - step; 2]];
                 let [before, there] = places.map(|places| machine.sweep(steps.start, places, pair));

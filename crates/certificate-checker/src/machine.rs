@@ -36,7 +36,8 @@ pub struct Step {
     pub line: u32,
     pub tool: u32,
     pub is_point: bool,
-    pub is_rapid: bool,
+    /// Whether the cutter may be in the workpiece: it feeds, or stands where it fed.
+    pub cuts: bool,
     /// Plane; centre and sweep.
     pub arc: Option<([usize; 2], [f64; 3])>,
     pub from: [f64; 9],
@@ -65,7 +66,8 @@ struct TipWay {
     round: I,
 }
 
-/// All motions of `b` in the frame of `a`: a pose, plus each way times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
+/// Motions of a pair: the pose of `b` in `a` at the middle; and displacements from there of points of `b` less those of `a`, in the axes of `a` at the middle: each way
+/// times a number of its own from -1 to 1, plus an ellipsoid, plus a ball.
 pub struct Sweep {
     pub a_from_b: Pose,
     pub ways: Vec<V>,
@@ -94,12 +96,12 @@ impl Sweep {
         ways + self.ellipsoid.iter().fold(ZERO, |sum, half| sum + length(half).squared()).sqrt()
     }
 
-    /// Greatest motion of any point against `n`, times the length of `n`, without the ball.
+    /// Greatest of these displacements against `n`, times the length of `n`, without the ball.
     pub fn towards(&self, n: &V) -> I {
         self.reach(|v| I::of(dot(n, v).most()))
     }
 
-    /// The farthest that any point goes from its place at the middle.
+    /// Greatest length of these displacements: the motion bound.
     pub fn bound(&self) -> I {
         self.reach(norm) + self.radius
     }
@@ -133,12 +135,6 @@ impl Machine {
     pub fn continues(&self, step: usize) -> bool {
         let Some([one, next]) = self.steps[..=step].last_chunk() else { return true };
         one.to == next.from && one.tip == next.tip && one.arc.is_none()
-    }
-
-    /// Whether the cutter may be in the workpiece: it feeds, or it stands where the move before ended.
-    pub fn cuts(&self, step: usize) -> bool {
-        let Step { is_point, is_rapid, tool, .. } = self.steps[step];
-        !is_rapid && (!is_point || step > 0 && self.steps[step - 1].tool == tool)
     }
 
     /// The joints between a link and the nearest link that carries it and the other one, from the link on.

@@ -16,9 +16,10 @@ Usage: certificate-checker CERTIFICATE [--scene SCENE] [--program FILE]
 
   CERTIFICATE       the file; - reads standard input
   --scene SCENE     compare machine, parts and meshes with the scene's own files; its folder, or its .toml file
-  --program FILE    compare the hash of the program
+  --program FILE    compare the hashes of the program and of the files beside it that it calls
 
-Exit codes: 0 accepted, 1 refused, 2 bad usage, or the answer could not be written.
+Exit codes: 0 accepted, also where blocks are `collision`, `unresolved` or `stock`: the answer names them; 1 refused, 2 bad usage, or the answer could not be
+written.
 ";
 
 fn main() -> ExitCode {

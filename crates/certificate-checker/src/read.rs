@@ -61,11 +61,11 @@ pub fn axis(letter: &str) -> Result<usize, String> {
 
 impl Stated {
     pub(crate) fn link(&self, name: &str) -> Result<usize, String> {
-        self.machine.links.iter().position(|link| link.name == name).ok_or_else(|| format!("no link `{name}`"))
+        self.named[0].get(name).copied().ok_or_else(|| format!("no link `{name}`"))
     }
 
     pub(crate) fn part(&self, name: &str) -> Result<usize, String> {
-        self.parts.iter().position(|part| part.name == name).ok_or_else(|| format!("part `{name}` is missing"))
+        self.named[1].get(name).copied().ok_or_else(|| format!("part `{name}` is missing"))
     }
 
     pub(crate) fn line(&mut self, keyword: &str, words: &mut Words<'_>) -> Result<(), String> {
@@ -73,9 +73,13 @@ impl Stated {
             "made" | "scene" => words.0.by_ref().for_each(drop),
             "input" => self.inputs.push((words.name()?, words.word()?.to_owned())),
             "program" => self.program = (words.name()?, words.word()?.to_owned()),
+            // A file beside the program: no path.
+            "called" => {
+                drop(self.called.insert(words.name()?.replace(['/', '\\', ':'], "%"), words.word()?.to_owned()))
+            }
             "link" | "slide" | "turn" => {
                 let (name, parent, pose) = (words.name()?, self.link(&words.name()?)?, words.pose()?);
-                if self.link(&name).is_ok() {
+                if self.named[0].insert(name.clone(), self.machine.links.len()).is_some() {
                     return Err(format!("link `{name}` was there before"));
                 }
                 let mut joint = None;
@@ -97,7 +101,7 @@ impl Stated {
             }
             "part" => {
                 let (name, link, role) = (words.name()?, self.link(&words.name()?)?, words.name()?);
-                if self.part(&name).is_ok() {
+                if self.named[1].insert(name.clone(), self.parts.len()).is_some() {
                     return Err(format!("part `{name}` was there before"));
                 }
                 let is_of_none = words.0.clone().next() == Some("-");
@@ -114,9 +118,11 @@ impl Stated {
 
     fn step(&mut self, course: &str, words: &mut Words<'_>) -> Result<(), String> {
         let (line, tool) = (words.whole()?, words.whole()?);
-        let from = self.machine.steps.last().map_or([0.0; 9], |step| step.to);
-        let (is_point, is_rapid) = (course == "point", course == "rapid");
-        let mut step = Step { line, tool, is_point, is_rapid, arc: None, from, to: from, tip: None };
+        let before = self.machine.steps.last();
+        let (from, is_point) = (before.map_or([0.0; 9], |step| step.to), course == "point");
+        let stays = before.is_some_and(|step| step.cuts && step.tool == tool);
+        let cuts = course == "feed" || is_point && stays;
+        let mut step = Step { line, tool, is_point, cuts, arc: None, from, to: from, tip: None };
         while let Some(word) = words.0.next() {
             match word {
                 "tip" => step.tip = Some(words.number()?),

@@ -27,9 +27,12 @@ const LARGEST_FILE: u64 = 1 << 30;
 pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mut Vec<String>) -> Checked {
     let mut trust = |what: &str| notes.push(format!("by the certificate's word: {what}"));
     trust("the moves of each line, which are what its interpreter made of the program");
-    if let Some(file) = program {
-        if blake3::hash(&bytes(file)?).to_hex().as_str() != stated.program.1 {
-            return Err(format!("{} is not the program of the certificate", file.display()));
+    if let Some(own) = program {
+        let called = stated.called.iter().map(|(name, hash)| (own.with_file_name(name), hash));
+        for (file, hash) in called.chain([(own.to_owned(), &stated.program.1)]) {
+            if blake3::hash(&bytes(&file)?).to_hex().as_str() != hash {
+                return Err(format!("{} is not the program of the certificate, or what it calls", file.display()));
+            }
         }
     } else {
         trust(&format!("that its program is `{}`", stated.program.0));

@@ -36,19 +36,21 @@ impl Written {
         Ok(Self { certificate, variant: variant.map(|variant| variant.info.id), search_s: super::seconds(ns) })
     }
 
-    /// Lines of the blocks that are not proved free, each with what is in doubt. If the check cuts the workpiece, rapids near it are left out.
-    pub(super) fn unproved(&self, scene: &Scene, is_cut: bool) -> Vec<(u32, String)> {
-        let most = if is_cut { Verdict::Stock } else { Verdict::Free };
+    /// Lines of the blocks that are not proved free, each with what is in doubt. Rapids near a workpiece that the check cuts, one of `cut`, are left out: the check
+    /// has decided on them.
+    pub(super) fn unproved(&self, scene: &Scene, cut: &[usize]) -> Vec<(u32, String)> {
         let mut pairs: BTreeMap<(u32, Verdict), BTreeSet<String>> = BTreeMap::new();
         for Doubt { line, pair, verdict, .. } in &self.certificate.doubts {
-            pairs.entry((*line, *verdict)).or_default().insert(scene.pair_name(*pair));
+            if *verdict != Verdict::Stock || ![pair.a, pair.b].iter().any(|part| cut.contains(part)) {
+                pairs.entry((*line, *verdict)).or_default().insert(scene.pair_name(*pair));
+            }
         }
         let told = |(&line, &verdict): (&u32, &Verdict)| {
             let what = if verdict == Verdict::Collision { "proved to touch" } else { "not proved free of contact" };
-            let names: Vec<String> = pairs.remove(&(line, verdict)).unwrap_or_default().into_iter().collect();
-            (line, format!("{what}: {}", names.join(", ")))
+            let names: Vec<String> = pairs.remove(&(line, verdict))?.into_iter().collect();
+            Some((line, format!("{what}: {}", names.join(", "))))
         };
-        self.certificate.blocks.iter().filter(|&(_, &verdict)| verdict > most).map(told).collect()
+        self.certificate.blocks.iter().filter_map(told).collect()
     }
 
     /// What a terminal shows.

@@ -141,9 +141,8 @@ pub fn findings<'a>(checked: &'a Checked<'_>) -> Vec<Finding<'a>> {
     found.sort_by(|a, b| a.time_s.unwrap_or_default().total_cmp(&b.time_s.unwrap_or_default()));
     found.extend(outcome.tools_without_parts.iter().map(|&tool| of_tool(run, tool)));
     found.extend(left.iter().filter_map(|left| of_target(scene, left)));
-    // Where the check cuts the workpiece, that decides on rapids within it.
-    let is_cut = !outcome.stays_whole && outcome.uncut.is_empty();
-    let unproved = certificate.iter().flat_map(|written| written.unproved(scene, is_cut));
+    let cut: Vec<usize> = outcome.remaining.iter().map(|remaining| remaining.part).collect();
+    let unproved = certificate.iter().flat_map(|written| written.unproved(scene, &cut));
     found.extend(unproved.map(|(line, message)| of_line("not-proved", run, line, message)));
     found.extend(near_pairs(&near, &collisions).into_iter().filter_map(|(events, _)| of_near_miss(scene, &events)));
     found

@@ -610,8 +610,28 @@ fn the_program_is_compared_by_its_bytes() {
         lines[line] = with_word(&lines[line], 2, &blake3::hash(&bytes).to_hex());
         check(&signed(&lines), None, Some(&program), MOST_WORK).unwrap();
     }
-    let notes = |program| check(&text, None, program, MOST_WORK).unwrap().notes;
+    // Each file that it calls is beside it: what is elsewhere is not opened.
     copy.write("program.ngc", &own);
+    copy.write("go there.ngc", "G0 X1");
+    let mut lines = copy.lines.clone();
+    let called = format!("called go%20there.ngc {}", blake3::hash(b"G0 X1").to_hex());
+    lines.insert(find(&lines, "program") + 1, called);
+    let compared = |program| check(&signed(&lines), None, program, MOST_WORK).map(|_| ());
+    compared(Some(&program)).unwrap();
+    for path in ["../program/mill/", "./", "/dev/"] {
+        let moved = signed(&lines).replace("called ", &format!("called {path}"));
+        let lines: Vec<String> = moved.lines().map(str::to_owned).collect();
+        let why = check(&signed(&lines), None, Some(&program), MOST_WORK).unwrap_err().why;
+        assert!(why.contains("%go there.ngc: no file"), "{why}");
+    }
+    copy.write("go there.ngc", "G0 X2");
+    assert!(compared(None).is_ok());
+    let why = compared(Some(&program)).unwrap_err().why;
+    assert!(why.ends_with("go there.ngc is not the program of the certificate, or what it calls"), "{why}");
+    std::fs::remove_file(copy.folder.join("go there.ngc")).unwrap();
+    let why = compared(Some(&program)).unwrap_err().why;
+    assert!(why.contains("go there.ngc: no file"), "{why}");
+    let notes = |program| check(&text, None, program, MOST_WORK).unwrap().notes;
     let told = |notes: &[String]| {
         notes.iter().any(|note| note == "by the certificate's word: that its program is `program.ngc`")
     };

@@ -252,6 +252,10 @@ fn contact_is_an_edge_through_a_triangle() {
     let found: Vec<_> = accepted(&hit("2 1.75 4.000001 0 0")).blocks.into_iter().collect();
     assert_eq!(found, [(0, "free"), (1, "collision"), (2, "unresolved")]);
     accepted(&hit("2 1.501 2.008001 0 0"));
+    // Nor is it the first behind what is open on its step.
+    let open = needle(&format!("{begin}\nopen 1.3 0\nsame 1.4 0.400001\nhit 2 1.75 2.800001 0 0\nopen 3 0"));
+    refused_at(&open, "hit", "no first contact can be there");
+    accepted(&needle(&format!("{begin}\nopen 2 0\nhit 3 2 0.000001 0 0")));
     refused_at(&hit("2 1.499 2.008001 0 0"), "hit", "do not pierce each other");
     for wrong in ["1 0", "0 1", "0 18446744073709551615"] {
         refused_at(&hit(&format!("2 1.75 4.000001 {wrong}")), "hit", "no such triangle");
@@ -521,7 +525,7 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "free", "stock"]);
     let report = accepted(&text);
     assert_eq!((report.examined, report.intervals), (1, 1));
-    assert_eq!(report.cutting.into_iter().collect::<Vec<_>>(), [1, 2]);
+    assert_eq!(report.cutting.into_iter().collect::<Vec<_>>(), [1]);
     assert!(report.notes.contains(&"at rapids alone, against the whole workpiece: a:b".to_owned()));
     // In pieces of steps as well, and an arc is a feed.
     accepted(&cutting(moves, &format!("cutting\n{free}\nopen 3.5 0\nopen 4 0")));
@@ -538,6 +542,15 @@ fn a_cutter_may_be_in_the_workpiece_where_it_feeds() {
     assert_eq!(blocks(&text), ["free", "free", "stock", "stock"]);
     let kept = changed.replace("rapid 3 1", "rapid 3 2");
     assert_eq!(blocks(&cutting(&kept, &format!("cutting\n{free}\nopen 3 0\nopen 4 0")))[2], "stock");
+    // What stands after a rapid, at the start, or behind a point after a change of tools, no feed has brought there.
+    let behind = moves.replace("rapid 3 1 Z 0\n", "rapid 3 1 Z 0\npoint 4 1\n");
+    let opened = format!("cutting\n{free}\nopen 5 0");
+    assert_eq!(blocks(&cutting(&behind, &opened)), ["free", "free", "free", "stock", "stock"]);
+    refused_at(&cutting(&behind, &format!("cutting\n{free}\nopen 4 0")), "end", "does not come to the end of the path");
+    assert_eq!(blocks(&cutting("point 1 1\n", "cutting\nopen 2 0")), ["stock"; 2]);
+    assert!(accepted(&cutting("point 1 1\n", "cutting\nopen 2 0")).cutting.is_empty());
+    let twice = changed.replace("rapid 3 1 Z 0\n", "point 3 2\nrapid 4 2 Z 0\n");
+    assert_eq!(blocks(&cutting(&twice, &opened)), ["free", "free", "stock", "stock", "stock"]);
     // A tool that is not there does not cut.
     let away = text.replace("b s cutter -", "b s cutter 2").replace("bvbench-certificate 3\n", "");
     let report = accepted(&written(&away.replace(&format!("{free}\nopen 3 0\nopen 4 0\n"), "open 3 0\n")));
@@ -636,6 +649,21 @@ fn links_and_ways_are_counted() {
     let text = |axes: &str| written(&format!("{slides}{a}{b}{axes}pair a b examined\nfree 2 100 {front}\n"));
     let [moving, standing] = [axes, "point 0 1\npoint 0 1\n"].map(|axes| accepted(&text(axes)).work);
     assert_eq!(moving, standing + 12 * 2 * 6);
+}
+
+#[test]
+fn a_line_takes_as_many_steps_however_many_parts_there_are() {
+    // A plate of pins: each line names two of them.
+    let text = |count: usize| {
+        let pins = (0..count).map(|i| cube(&format!("p{i} - fixture - {PLAIN}"), [4.0 * i as f64, 0.0, 0.0], 1.0));
+        let pairs = (0..count).flat_map(|i| (0..i).map(move |j| format!("pair p{i} p{j} rigid\n")));
+        written(&format!("{}point 0 1\n{}", pins.collect::<String>(), pairs.collect::<String>()))
+    };
+    for count in [20, 200] {
+        let text = text(count);
+        let (work, lines) = (accepted(&text).work, text.lines().count() as u64);
+        assert!(lines <= work && work < lines + 100, "{count} pins: {work} steps for {lines} lines");
+    }
 }
 
 #[test]
