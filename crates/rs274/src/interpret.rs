@@ -61,7 +61,7 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let fault = |(file, line, cause)| GcodeError::new(file, line, 1, String::new(), cause);
     let lines = source::lines(source).map_err(|(line, cause)| fault((file.to_owned(), line, cause)))?;
     let parse = |line: &str| parse(line, setup);
-    let text = Source::of(&lines, file, &parse, setup.dialect.is_fanuc_like()).map_err(fault)?;
+    let text = Source::of(&lines, file, &parse, setup.dialect).map_err(fault)?;
     let mut interpreter = Interpreter::new(setup);
     let errors = interpreter.run(&text);
     if errors.is_empty() {

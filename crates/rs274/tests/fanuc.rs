@@ -148,6 +148,9 @@ fn variables_that_the_control_keeps_must_be_set() {
 fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
     assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
+    // Haas's P is the whole number.
+    assert!(refused("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99", &haas()).contains("subroutine is not defined"));
+    assert_ends("M98P31000\nM30\nO1000\nG0X1.\nM99\nO31000\nG0X3.\nM99", &haas(), &[[3.0, 0.0, 0.0]]);
     assert_eq!(xs("G91\nM98P1000L2\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0]);
     assert_eq!(xs("G65P9010A1.X7.\nX#24\nM30\nO9010\nG0X#1\nX#24\nM99"), [1.0, 7.0]);
     // A vacant argument, and a return to a line of the caller.
