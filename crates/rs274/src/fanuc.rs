@@ -9,10 +9,8 @@ use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
 use super::offsets::{Values9, from_canonical};
 
-/// Origins of G54.1 P1 to P48, and of the further ones.
-const FIRST_ORIGINS: usize = 7001;
+/// Origins of G54.1 P1 and on; the first have other numbers, too (`parameters`).
 const FURTHER_ORIGINS: usize = 14_001;
-const FIRST_COUNT: usize = 48;
 /// Most coordinate systems behind G59.
 const MORE_SYSTEMS: i32 = 298;
 
@@ -20,7 +18,6 @@ const MORE_SYSTEMS: i32 = 298;
 pub(super) const fn origin_of(system: usize) -> usize {
     match system.checked_sub(SYSTEMS) {
         None => ORIGINS + system * ORIGIN_STRIDE,
-        Some(more) if more < FIRST_COUNT => FIRST_ORIGINS + more * ORIGIN_STRIDE,
         Some(more) => FURTHER_ORIGINS + more * ORIGIN_STRIDE,
     }
 }

@@ -458,8 +458,9 @@ impl<'a> Interpreter<'a> {
 
     /// `#number = value`. On Fanuc's controls the origin in force takes effect at once.
     fn assign_numbered(&mut self, number: f64, value: f64) -> Result<(), Cause> {
-        let from = origin_of(self.modes.system) as f64;
-        let moves_zero = self.setup.dialect.is_fanuc_like() && (from..from + 9.0).contains(&number.round());
+        let from = origin_of(self.modes.system);
+        let is_in_force = self.parameters.index(number).is_some_and(|index| (from..from + 9).contains(&index));
+        let moves_zero = self.setup.dialect.is_fanuc_like() && is_in_force;
         if moves_zero && self.compensation.on().is_some() {
             return Err(Cause::NotAllowed("another origin of the system in force while cutter compensation is on"));
         }

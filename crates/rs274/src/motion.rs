@@ -414,6 +414,10 @@ impl Interpreter<'_> {
         let Similar { scale, mirrors } = similar.unwrap_or(Similar { scale: 1.0, mirrors: false });
         let clockwise = clockwise != mirrors;
         if let Some(radius) = self.take_length(values, 'r') {
+            if self.setup.dialect == Dialect::Fanuc {
+                // R takes precedence.
+                ['i', 'j', 'k'].into_iter().for_each(|letter| values.drop_word(letter));
+            }
             return from_radius(start, end, radius * scale, clockwise, turns).map_err(fault);
         }
         let given = letters.map(|letter| self.take_length(values, letter));

@@ -454,6 +454,15 @@ fn system_variables_take_effect_or_are_errors() {
     assert_end("G20\n#5221=1.\nG0X1.\nM30", &haas(), [50.8, 0.0, 0.0]);
     assert_end("G20G10L2P1X1.\nG0X#5221\nM30", &haas(), [50.8, 0.0, 0.0]);
     assert_end("#7001=10.\nG54.1P1G0X1.\n#7001=20.\nX2.\nM30", &fanuc(), [22.0, 0.0, 0.0]);
+    // P1 has two numbers; Haas's #7001 and on end at P20.
+    for setup in [fanuc(), haas()] {
+        assert_end("#14001=10.\nG54.1P1G0X1.\n#7001=20.\nX[#14001+2.]\nM30", &setup, [42.0, 0.0, 0.0]);
+        assert_end("#14401=10.\nG54.1P21G0X1.\n#14401=20.\nX2.\nM30", &setup, [22.0, 0.0, 0.0]);
+    }
+    assert_end("#7401=10.\nG54.1P21G0X1.\nM30", &fanuc(), [11.0, 0.0, 0.0]);
+    assert_refused("#7401=10.\nM30", &haas(), "1:1", "a system variable other than origins");
+    let given = Setup { parameters: [("7001".to_owned(), 5.0)].into(), ..fanuc() };
+    assert_end("G54.1P1G0X1.\nM30", &given, [6.0, 0.0, 0.0]);
     for source in ["#5203=1.", "#2001=5.", "#11001=5.", "#4003=91", "#5001=0", "#3005=0", "#5230=45."] {
         let told = refused(&format!("{source}\nM30"), &fanuc());
         assert!(told.starts_with("bad.nc:1:1: "), "{source}: {told}");
@@ -700,7 +709,7 @@ fn system_variables_are_what_they_are_on_the_control() {
     // Haas's timers of tools, at zero, and Fanuc's nothing.
     assert_end("IF[#5403GE3600]THEN#3000=15\nG0X[1.+#5600]\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("G0X#5403\nM30", &fanuc(), "1:4", "parameter does not exist");
-    for variable in [5101, 5161, 5181, 5210, 5211, 5220, 5230, 5341, 5400, 5610, 14_001, 19_999] {
+    for variable in [5101, 5161, 5181, 5210, 5211, 5220, 5230, 5341, 5400, 5610, 14_000, 19_999] {
         let source = format!("G0X#{variable}\nM30");
         assert_refused(&source, &fanuc(), "1:4", "parameter does not exist");
         assert_refused(&source, &haas(), "1:4", "parameter does not exist");

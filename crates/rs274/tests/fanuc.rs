@@ -542,6 +542,30 @@ fn pecks_and_threads_of_a_lathe() {
 }
 
 #[test]
+fn beside_k_p_of_a_thread_is_the_cutting_method() {
+    let cuts = |method: &str, dialect| {
+        let source = format!("G97S100M3\nG0X30.Z5.\nG76X20.Z-20.K1.D0.4{method}F1.5\nM30");
+        let moves = run(&source, &Setup { dialect, ..lathe() }).moves;
+        let fed = moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| 11.0 - step.end[Axis::X]);
+        fed.map(|depth| (depth * 1e3).round()).collect::<Vec<_>>()
+    };
+    for dialect in [Dialect::Haas, Dialect::Fanuc] {
+        let by_area = [400.0, 566.0, 693.0, 800.0, 894.0, 980.0, 1000.0];
+        for (method, expected) in [("", &by_area[..]), ("P2", &by_area[..]), ("P3", &[400.0, 800.0, 1000.0][..])] {
+            assert_eq!(cuts(method, dialect), expected, "{method}");
+        }
+    }
+}
+
+#[test]
+fn fanucs_r_of_an_arc_takes_precedence() {
+    let source = "G0X10.Y0\nG17G2X0Y10.I-10.J0R10.F100.\nM30";
+    let MoveKind::Arc { centre, sweep, .. } = run(source, &fanuc()).moves[1].kind else { panic!("no arc") };
+    assert!((centre[0] - 10.0).hypot(centre[1] - 10.0) < 1e-9 && (sweep + FRAC_PI_2).abs() < 1e-9, "{centre:?}");
+    assert!(refused(source, &haas()).contains("no code of this block uses this word"));
+}
+
+#[test]
 fn contours_have_bounds_and_their_errors_their_lines() {
     let start = "S100M3G0X30.Z2.\nG71U2.R1.\n";
     assert!(
