@@ -411,6 +411,10 @@ impl Interpreter<'_> {
             };
         }
         let mut modes = kept.modes.clone();
+        if modes.feed != 0.0 {
+            // LinuxCNC executes F in the kept unit, in which F of a block with G20 or G21 was not meant.
+            modes.feed = modes.turning_feed * modes.unit_mm();
+        }
         if now.compensation.is_some() {
             (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
         }

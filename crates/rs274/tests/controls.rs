@@ -337,6 +337,9 @@ fn kept_modes_bring_the_tool_offset_back() {
     assert_end("T2 M6\nG43 H1\nM70\nG49\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
     assert_end("M70\nG43 H1\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
     assert_end("o<in> sub\nM73\nG43 H1\no<in> endsub\no<in> call\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
+    // F is executed, too: in inches, where the block that gave it was still one of mm.
+    let moves = run("G20 F10\nG1 X1\nM70\nG21 F100\nM72\nX2\nM2", &linuxcnc()).moves;
+    assert_eq!(moves.iter().map(|step| step.feed_mm_min).collect::<Vec<_>>(), [Some(10.0), Some(254.0)]);
     // Of two lengths the later stays.
     assert_end("G43 H1\nM70\nG43 H2\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
     assert_refused("M70\nG41.1 D2 G1 X10 F100\nM72\nM2", &linuxcnc(), "3:1", "where cutter compensation is another");
