@@ -197,6 +197,9 @@ fn a_lathe_calls_tool_and_offset_in_one() {
     assert!(refused("T5\nM30", &lathe()).contains("as in T0101"));
     // U and W are steps.
     assert_ends("G0X20.Z10.\nU-4.W-1.\nM30", &lathe(), &[[10.0, 0.0, 10.0], [8.0, 0.0, 9.0]]);
+    // Of a word and a step of one axis the later counts.
+    let later = "G0X40.Z5.\nX50.U10.\nU10.X50.\nZ10.W-3.\nM30";
+    assert_ends(later, &lathe(), &[[20.0, 0.0, 5.0], [25.0, 0.0, 5.0], [25.0, 0.0, 5.0], [25.0, 0.0, 2.0]]);
     // On LinuxCNC the same words change nothing, and that is told.
     let program = run("T0202\nG0 X1\nM2", &Setup::lathe());
     assert!(program.moves.iter().all(|step| step.kind == rapid));
