@@ -332,6 +332,74 @@ fn in_g91_offsets_set_by_g10_add() {
 }
 
 #[test]
+fn on_lathes_g10_sets_offsets_nose_and_tip() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    // Offset 12 is 5 along Z. X and U are diameters, U and W add; what has no word stays.
+    for (words, [x, z]) in
+        [("R0.4", [30.0, 10.0]), ("X-8.Z3.", [26.0, 8.0]), ("U2.W1.", [31.0, 11.0]), ("Z3.R0.4Q3", [30.0, 8.0])]
+    {
+        for (code, setup) in [("G10L10P12", &haas), ("G10L10P12", &lathe()), ("G10P10012", &lathe())] {
+            assert_end(
+                &format!(
+                    "{code}{words}
+T0112
+G0X60.Z5.
+M30"
+                ),
+                setup,
+                [x, 0.0, z],
+            );
+        }
+    }
+    // Fanuc's tips 3 and 2 are LinuxCNC's 2 and 3: see the test of the nose.
+    let source = "T0112
+G0X40.Z-5.
+G42G1X20.Z-5.F1.S1M3
+Z-10.
+M30";
+    assert_end(
+        &format!(
+            "G10L10P12R0.8Q3
+{source}"
+        ),
+        &lathe(),
+        [10.0, 0.0, -5.0 - 0.8],
+    );
+    assert_end(
+        &format!(
+            "G10L10P12R0.4Q2
+{source}"
+        ),
+        &lathe(),
+        [10.0 + 0.8, 0.0, -5.0 - 0.4],
+    );
+    for (source, setup, text) in [
+        ("G10P12Z3.", &lathe(), "a wear offset other than 0"),
+        ("G10L11P12U0.1", &haas, "a wear offset other than 0"),
+        ("G10P10012Z3.", &haas, "L is missing"),
+        ("G10P0Z3.", &lathe(), "the number of an offset"),
+        ("G10L12P12R1.", &lathe(), "not supported"),
+    ] {
+        let told = refused(
+            &format!(
+                "{source}
+M30"
+            ),
+            setup,
+        );
+        assert!(told.contains(text), "{source}: {told}");
+    }
+    assert_end(
+        "G10L11P12X0Z0R0
+T0112
+G0X60.Z5.
+M30",
+        &lathe(),
+        [30.0, 0.0, 10.0],
+    );
+}
+
+#[test]
 fn kept_modes_bring_the_tool_offset_back() {
     // LinuxCNC executes G43 and G49 where they differ; G43 is then that of the tool in the spindle.
     assert_end("T2 M6\nG43 H1\nM70\nG49\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
