@@ -52,7 +52,8 @@ pub struct Program {
 
 /// Executes a program.
 ///
-/// `file` is named in errors, and subroutine files are looked for beside it. Text behind M2, M30 or a second `%` is not read.
+/// `file` is named in errors, and subroutine files are looked for beside it. Text behind a second `%` is not read, nor behind M2 or M30, after which
+/// only Grbl runs on.
 ///
 /// # Errors
 /// What is wrong, with file, line, column and text: the first thing, and what else is wrong whatever the first has done, [`MOST_ERRORS`] in
@@ -347,12 +348,25 @@ impl<'a> Interpreter<'a> {
             Some(2 | 30) => {
                 self.refuse_open_corner(&values)?;
                 self.note_unchanged_tool();
-                Next::End
+                self.end_program(table, at)
             }
             _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
         Ok(next)
+    }
+
+    /// M2 and M30. Grbl goes back to G1, G17, G54, G90, G94, M5 and M9 and runs on (its `gcode.c`, step 21).
+    fn end_program(&mut self, table: &FlowTable, at: usize) -> Next {
+        if self.setup.dialect != Dialect::Grbl || at >= table.own {
+            return Next::End;
+        }
+        self.select_system(0);
+        let modes = &mut self.modes;
+        (modes.motion, modes.plane, modes.incremental) = (Some(10), Plane::Xy, false);
+        (modes.feed_mode, modes.spindle) = (FeedMode::PerMinute, Spindle::Still);
+        (modes.mist, modes.flood) = (false, false);
+        Next::Line(at + 1)
     }
 
     /// Brings the parameters that mirror the controller's state up to date. On LinuxCNC G40 puts the programmed place back at once.
