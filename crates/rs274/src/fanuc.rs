@@ -7,7 +7,7 @@ use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
-use super::offsets::{Values9, from_canonical};
+use super::offsets::{Offsets, Values9, from_canonical};
 
 /// Origins of G54.1 P1 and on; the first have other numbers, too (`parameters`).
 const FURTHER_ORIGINS: usize = 14_001;
@@ -227,8 +227,20 @@ impl Interpreter<'_> {
         limits
     }
 
-    /// Brings the system variables up to date: where the tool is (axis positions, and program coordinates in the program's units), and the modes.
-    pub(super) fn refresh_variables(&mut self, position: &Values9, relative: &Values9) {
+    /// Program coordinates of axis positions as `#5041` and `#5061` give them: Fanuc's leave the tool offset in, and so tell where the spindle or turret is.
+    pub(super) fn reading(&self, position: &Values9) -> Values9 {
+        if self.setup.dialect != Dialect::Fanuc {
+            return self.offsets.to_program(position);
+        }
+        let offsets = Offsets { tool: [0.0; 9], ..self.offsets.clone() };
+        let mut reading = offsets.to_program(position);
+        reading[Axis::Z as usize] += self.tip_mm.unwrap_or(0.0);
+        reading
+    }
+
+    /// Brings the system variables up to date: where the tool is (axis positions), where the last block ends and what the position display reads (in the
+    /// program's units), and the modes.
+    pub(super) fn refresh_variables(&mut self, position: &Values9, end: &Values9, now: &Values9) {
         let modes = &self.modes;
         let plane = [17.0, 18.0, 19.0][modes.plane as usize];
         let is_lathe = self.setup.is_fanuc_lathe();
@@ -271,9 +283,9 @@ impl Interpreter<'_> {
             parameters.put(4009, f64::from(cycle) / 10.0);
         }
         for i in 0..6 {
-            parameters.put(5001 + i, relative[i]);
+            parameters.put(5001 + i, end[i]);
             parameters.put(5021 + i, position[i] * parameters.units[i]);
-            parameters.put(5041 + i, relative[i]);
+            parameters.put(5041 + i, now[i]);
         }
         let mut length = self.offsets.tool;
         if let Some(of_tip) = self.tip_mm {

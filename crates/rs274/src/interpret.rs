@@ -436,7 +436,11 @@ impl<'a> Interpreter<'a> {
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
         if self.setup.dialect.is_fanuc_like() {
-            self.refresh_variables(&position, &relative);
+            let of = |place: &Values9| std::array::from_fn(|i| in_units(i, place[i], true));
+            // Fanuc's end of a block has no compensation in it.
+            let end = if self.setup.dialect == Dialect::Fanuc { self.position } else { position };
+            let (end, now) = (of(&self.offsets.to_program(&end)), of(&self.reading(&position)));
+            self.refresh_variables(&position, &end, &now);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();

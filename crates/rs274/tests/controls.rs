@@ -534,6 +534,22 @@ fn system_variables_take_effect_or_are_errors() {
     assert_refused("#7401=10.\nM30", &haas(), "1:1", "a system variable other than origins");
     let given = Setup { parameters: [("7001".to_owned(), 5.0)].into(), ..fanuc() };
     assert_end("G54.1P1G0X1.\nM30", &given, [6.0, 0.0, 0.0]);
+    // Where a block ends has no offset in it; Fanuc's place has that of the tool, 50 long, and D2's radius of 5.
+    for (source, variable, on_fanuc, on_haas) in [
+        ("G43H1G0Z10.", 5003, 10.0, 10.0),
+        ("G43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G55G43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G43.4H1\nG0Z10.", 5043, 60.0, 10.0),
+        ("G52Z1.\nG43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G41D2G1X20.F100.", 5002, 0.0, 5.0),
+        ("G41D2G1X20.F100.", 5042, 5.0, 5.0),
+    ] {
+        for (setup, expected) in [(fanuc(), on_fanuc), (haas(), on_haas)] {
+            let source = format!("G10L2P2Z-7.\n{source}\n#1=#{variable}\nG40G49G0X0Y0Z0\nG54G52Z0\nG0X#1\nM30");
+            let found = ends(&run(&source, &setup)).last().expect("the program moves")[0];
+            assert!((found - expected).abs() < 1e-9, "{source}: {found}");
+        }
+    }
     for source in ["#5203=1.", "#2001=5.", "#11001=5.", "#4003=91", "#5001=0", "#3005=0", "#5230=45."] {
         let told = refused(&format!("{source}\nM30"), &fanuc());
         assert!(told.starts_with("bad.nc:1:1: "), "{source}: {told}");
@@ -548,6 +564,10 @@ fn system_variables_take_effect_or_are_errors() {
 fn a_probed_place_is_in_the_programs_units() {
     assert_ends("G20 F10\nG38.2 X2\nG0 X0\nX#5061\nM2", &linuxcnc(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
     assert_ends("G20F10.\nG31X2.\nG0X0\nX#5061\nM30", &haas(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
+    // Fanuc's holds the tool offset, Haas's does not.
+    let probed = "G43H1G0Z5.\nG31Z-10.F100.\n#1=#5063\nG0X#1\nM30";
+    assert_end(probed, &fanuc(), [40.0, 0.0, 40.0]);
+    assert_end(probed, &haas(), [-10.0, 0.0, 40.0]);
     let source = "G98F10.\nG31X40.\nG0X0\nX#5061\nM30";
     assert_ends(source, &lathe(), &[[20.0, 0.0, 0.0], [0.0; 3], [20.0, 0.0, 0.0]]);
 }
