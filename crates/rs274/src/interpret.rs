@@ -31,6 +31,9 @@ pub const FARTHEST: f64 = 1e9;
 /// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
 const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
+/// What T and Q of M61 may be.
+const TOOL_NUMBERS: &str = "a whole number from 0 to 99999";
+
 /// Most lines that are found wrong before a program is given up: many of them may be one error, or one line of a loop.
 const MOST_FAULTS: usize = 1000;
 
@@ -321,14 +324,16 @@ impl<'a> Interpreter<'a> {
         }
         self.keep_or_restore_modes(&values)?;
         self.set_feed_and_speed(&values)?;
-        self.change_tool(&values)?;
-        self.obey_spindle_and_coolant(&values)?;
+        self.select_tool(&values)?;
+        self.obey_machine_codes(&values, false)?;
+        self.obey_coolant_and_overrides(&values)?;
         self.dwell(&values)?;
         self.set_modes(&values)?;
         self.obey_user_code(&values)?;
         self.obey_datum_codes(&values)?;
         if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
             let next = self.contour_cycle(lines, table, &values, code, at)?;
+            self.obey_machine_codes(&values, true)?;
             values.late_notes().for_each(|note| self.note(note));
             values.check_all_used()?;
             return Ok(Next::Line(next));
@@ -339,7 +344,10 @@ impl<'a> Interpreter<'a> {
             values.check_all_used()?;
             return Ok(Next::Line(at + 1));
         }
+        let first_move = self.moves.len();
         self.obey_motion(&values)?;
+        self.note_start_of_spindle(&values, first_move);
+        self.obey_machine_codes(&values, true)?;
         values.late_notes().for_each(|note| self.note(note));
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
             self.modes.spindle = Spindle::Still;
@@ -543,15 +551,46 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    fn change_tool(&mut self, values: &Values) -> Result<(), Fault> {
-        const RANGE: &str = "a whole number from 0 to 99999";
+    /// T: the next tool, on Fanuc's and Haas's lathes the tool and its offset.
+    fn select_tool(&mut self, values: &Values) -> Result<(), Fault> {
         if self.setup.is_fanuc_lathe() {
             return self.call_lathe_tool(values);
         }
-        if let Some(tool) = values.take_whole('t', 0..=99_999, "T", RANGE)? {
+        if let Some(tool) = values.take_whole('t', 0..=99_999, "T", TOOL_NUMBERS)? {
             self.selected_tool = tool.unsigned_abs();
             self.waiting_tool = Some(self.selected_tool);
         }
+        Ok(())
+    }
+
+    /// M3, M4, M5, M6, M19 and M61, of which some act behind the block's move: on Fanuc's and Haas's controls a change of tools and what stops the
+    /// spindle, on Haas's and beside a change of tools what starts it, too.
+    fn obey_machine_codes(&mut self, values: &Values, is_behind: bool) -> Result<(), Fault> {
+        let changes_tools = values.code(Group::ToolChange).is_some();
+        let stops_behind = self.setup.dialect.is_fanuc_like();
+        let starts_behind = self.setup.dialect == Dialect::Haas || (stops_behind && changes_tools);
+        if stops_behind == is_behind && !self.setup.is_fanuc_lathe() {
+            self.change_tool(values)?;
+        }
+        match values.number(Group::Spindle) {
+            Some(3) if starts_behind == is_behind => self.modes.spindle = Spindle::Clockwise,
+            Some(4) if starts_behind == is_behind => self.modes.spindle = Spindle::Counterclockwise,
+            Some(5) if stops_behind == is_behind => self.modes.spindle = Spindle::Still,
+            _ => {}
+        }
+        if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
+    }
+
+    /// Notes that M3 or M4 of Fanuc's controls stands beside a move that cuts, the first of the block's being `first_move`.
+    fn note_start_of_spindle(&mut self, values: &Values, first_move: usize) {
+        let starts = matches!(values.number(Group::Spindle), Some(3 | 4)) && values.code(Group::ToolChange).is_none();
+        let cuts = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+        if starts && self.setup.dialect == Dialect::Fanuc && self.moves.iter().skip(first_move).any(cuts) {
+            self.note("M3 or M4 beside a feed move is taken to start the spindle before the move; on some machines it acts behind it".to_owned());
+        }
+    }
+
+    fn change_tool(&mut self, values: &Values) -> Result<(), Fault> {
         if values.code(Group::ToolChange).is_some() {
             self.waiting_tool = None;
         }
@@ -565,7 +604,7 @@ impl<'a> Interpreter<'a> {
                 self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
             }
             Some(_) => {
-                let tool = values.take_whole('q', 0..=99_999, "Q", RANGE)?;
+                let tool = values.take_whole('q', 0..=99_999, "Q", TOOL_NUMBERS)?;
                 let Some(tool) = tool else {
                     return Err(self.fault_at(values, Group::ToolChange, Cause::Missing("Q, the tool's number,")));
                 };
@@ -579,27 +618,25 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Spindle, coolant and overrides move nothing; their words are checked all the same.
-    fn obey_spindle_and_coolant(&mut self, values: &Values) -> Result<(), Fault> {
-        if let Some(code) = values.number(Group::Spindle) {
-            self.modes.spindle = match code {
-                3 => Spindle::Clockwise,
-                4 => Spindle::Counterclockwise,
-                _ => Spindle::Still,
-            };
+    /// M19: the spindle stands where R says.
+    fn orient_spindle(&mut self, values: &Values) -> Result<(), Fault> {
+        if values.code(Group::Orient).is_none() {
+            return Ok(());
         }
-        if values.code(Group::Orient).is_some() {
-            // It stands where R says.
-            self.modes.spindle = Spindle::Still;
-            values.take('r');
-            if self.setup.dialect.is_fanuc_like() {
-                // An angle.
-                values.take('p');
-            } else {
-                values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
-            }
-            values.take('q');
+        self.modes.spindle = Spindle::Still;
+        values.take('r');
+        if self.setup.dialect.is_fanuc_like() {
+            // An angle.
+            values.take('p');
+        } else {
+            values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
         }
+        values.take('q');
+        Ok(())
+    }
+
+    /// Coolant and overrides move nothing; their words are checked all the same.
+    fn obey_coolant_and_overrides(&mut self, values: &Values) -> Result<(), Fault> {
         let may_be_all =
             values.has('s') || [Group::Spindle, Group::SpindleMode].iter().any(|&g| values.code(g).is_some());
         let least = -i32::from(may_be_all);

@@ -736,6 +736,34 @@ fn a_program_stop_stops_the_spindle() {
 }
 
 #[test]
+fn machine_codes_act_before_or_behind_the_move_of_their_block() {
+    let speeds = |source: &str, setup: &Setup| {
+        let moves = run(&format!("S500\n{source}\nM30"), setup).moves;
+        moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>()
+    };
+    for (source, on_haas, on_fanuc, on_linuxcnc) in [
+        ("G1X1.F100M3\nX2.", [0.0, 500.0], [500.0, 500.0], [500.0, 500.0]),
+        ("G1X1.F100M4\nX2.", [0.0, -500.0], [-500.0, -500.0], [-500.0, -500.0]),
+        ("M3\nG1X1.F100M5\nX2.", [500.0, 0.0], [500.0, 0.0], [0.0, 0.0]),
+        ("M3\nG1X1.F100M19\nX2.", [500.0, 0.0], [500.0, 0.0], [0.0, 0.0]),
+        ("T1M6M3\nG1X1.F100", [0.0, 500.0], [0.0, 500.0], [0.0, 500.0]),
+    ] {
+        for (setup, expected) in [(haas(), on_haas), (fanuc(), on_fanuc), (linuxcnc(), on_linuxcnc)] {
+            assert_eq!(speeds(source, &setup), expected, "{source} {:?}", setup.dialect);
+        }
+    }
+    let told = |source: &str| notes(&format!("S500\n{source}\nM30"), &fanuc());
+    assert!(told("G1X1.F100M3").contains("M3 or M4 beside a feed move"));
+    assert_eq!(told("G0X1.M3\nG1X2.F100"), "");
+    // The old tool goes up, and the new one over.
+    let change = |setup: &Setup| {
+        let moves = run("G0Z50.\nT2G91G28Z0M6\nG90G0X10.\nM30", setup).moves;
+        moves.iter().position(|step| step.kind == MoveKind::ToolChange { tool: 2 })
+    };
+    assert_eq!([haas(), fanuc(), linuxcnc()].map(|setup| change(&setup)), [Some(3), Some(3), Some(1)]);
+}
+
+#[test]
 fn a_machines_own_codes_may_turn_the_spindle() {
     let source = "S500M13\nG1X1.F100\nM15\nX2.\nM30";
     let user_codes = [(13, UserCode::SpindleOn), (15, UserCode::SpindleOff)].into();
