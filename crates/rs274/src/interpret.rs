@@ -141,6 +141,8 @@ pub(super) struct Interpreter<'a> {
     pub ignores_compensation: bool,
     /// Lines executed so far.
     pub steps: usize,
+    /// Blocks executed so far, but for those of the macro language and calls.
+    pub nc_blocks: usize,
     /// A straight move whose end is rounded or chamfered once the next is known.
     pub corner: Option<Corner>,
     /// Whether that is so because of a tilted plane (G68.2).
@@ -193,6 +195,7 @@ impl<'a> Interpreter<'a> {
             in_contour: false,
             ignores_compensation: false,
             steps: 0,
+            nc_blocks: 0,
             has_tool_vectors: false,
             parameters: Parameters::new(&setup.parameters, setup.dialect),
             offsets: Offsets::default(),
@@ -319,6 +322,8 @@ impl<'a> Interpreter<'a> {
         let values = Values::of(block, &self.parameters, self.setup, self.modes.inches)?;
         values.notes().for_each(|note| self.note(note.to_owned()));
         self.assign(block)?;
+        let says_something = !block.words.is_empty() || (block.sequence.is_some() && block.assignments.is_empty());
+        self.nc_blocks += usize::from(says_something && values.code(Group::Subprogram).is_none());
         if values.number(Group::Subprogram) == Some(own::MACRO_CALL) {
             return self.call_macro(table, &values, at);
         }
