@@ -420,10 +420,10 @@ fn means_over_a_recording_are_weighted_by_its_strata() {
     const JUDGED: [u32; 4] = [10, 10, 480, 9500];
     let mut run = Run::generate(&Plan { noise: 0.0, ..Plan::default() });
     for row in run.poses.iter_mut().filter(|row| row.workload == "approach") {
-        row.workload = record::RECORDED.to_owned();
+        row.workload = RECORDED.to_owned();
         row.judged = Some(JUDGED[row.stratum as usize]);
     }
-    let is_far = |row: &&record::PoseRow| row.workload == record::RECORDED && row.stratum == Stratum::Far;
+    let is_far = |row: &&PoseRow| row.workload == RECORDED && row.stratum == Stratum::Far;
     let far: BTreeSet<(String, u32)> =
         run.poses.iter().filter(is_far).map(|row| (row.scene.clone(), row.chunk)).collect();
     let is_fast = |row: &&mut TimingRow| row.variant() == "aabb" && far.contains(&(row.scene.clone(), row.chunk));
@@ -431,7 +431,7 @@ fn means_over_a_recording_are_weighted_by_its_strata() {
     let (_folder, weighted) = analyse(&run);
     let row = |outcome: &Outcome, variant: &str, policy: &str, stratum: &str| {
         let is = |row: &&SummaryRow| {
-            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], record::RECORDED, stratum)
+            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], RECORDED, stratum)
                 && (row.variant.as_str(), row.case().policy().as_str()) == (variant, policy)
         };
         outcome.summary.iter().find(is).unwrap().clone()
@@ -443,7 +443,7 @@ fn means_over_a_recording_are_weighted_by_its_strata() {
     };
     let ratio = |outcome: &Outcome, metric: &str| {
         let is = |row: &&RatioRow| {
-            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], record::RECORDED, ALL)
+            (row.scene.as_str(), row.workload.as_str(), row.stratum.as_str()) == (SCENES[0], RECORDED, ALL)
                 && (row.metric.as_str(), row.variant.as_str(), row.baseline.as_str()) == (metric, "aabb", "obb-vertex")
         };
         outcome.ratios.iter().find(is).unwrap().ratio

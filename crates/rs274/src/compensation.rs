@@ -8,6 +8,9 @@
 //! - At an inside corner the element before ends, and the new one begins, where the two shifted curves meet.
 //! - A corner of no more than [`SMOOTH_CORNER`] is none.
 //!
+//! Fanuc's controls look through one block without a move in the plane. Behind [`BLIND_BLOCKS`] of them an element ends beside its programmed end, and at an
+//! inside corner the tool goes straight from there to the end of the next (B-63534EN, "A block without tool movement").
+//!
 //! The first move leads from where the tool is to the shifted end; it must be at least a radius long. On Fanuc's and Haas's controls, at an inside
 //! corner, it leads to beside the start of the next element, which stays whole. An arc that leads in goes
 //! through the tool's place and ends in the programmed direction. G40 changes nothing until the next move, which must be
@@ -31,11 +34,17 @@ mod tests;
 /// then comes nearer to an inside corner than the radius by at most radius x (1 - cos 0.05), an eighth of a percent of it.
 pub const SMOOTH_CORNER: f64 = 0.05;
 
+/// Fanuc's controls do not see the next move through so many blocks without one: parameter 19625 at its least.
+const BLIND_BLOCKS: usize = 2;
+
 /// Corners that turn by no more than this beyond a right angle, radians, are right angles.
 const SHARP_CORNER: f64 = 1e-9;
 
 const GOUGE: Cause = Cause::Compensation("the tool does not fit into this inside corner without gouging");
 const SHORT_LEAD_IN: Cause = Cause::Compensation("the move that leads in is shorter than the tool's radius");
+const BLIND_ARC: Cause = Cause::Compensation(
+    "an arc at an inside corner behind two or more blocks without a move, where controls overcut (Fanuc's parameter 19625)",
+);
 const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's place into the shifted one");
 const NARROW_ARC: Cause = Cause::Compensation("the tool's radius is not less than the arc's");
 
@@ -73,6 +82,8 @@ struct Element {
     index: usize,
     curve: Curve,
     leads_in: bool,
+    /// The count of blocks at its own.
+    block: usize,
 }
 
 /// How an element joins the one before.
@@ -84,6 +95,8 @@ struct Joint {
     round: [Option<Curve>; 3],
     /// What is left of the new element.
     curve: Curve,
+    /// Whether the control did not see the new element in time.
+    is_blind: bool,
 }
 
 impl Compensation {
@@ -114,15 +127,15 @@ impl Offset {
         in_plane(position, self.plane)
     }
 
-    /// How the shifted curve joins the element before, at the programmed corner.
-    fn join(&self, corner: Point, curve: Curve) -> Result<Joint, Cause> {
+    /// How the shifted curve of the block of this count joins the element before, at the programmed corner.
+    fn join(&self, corner: Point, curve: Curve, block: usize) -> Result<Joint, Cause> {
         // A line sets out from where the tool is; that is beside its shifted course in the move that leads in and behind a smooth corner.
         let plain = match curve {
             Curve::Line { to, direction, .. } => Curve::Line { from: self.at, to, direction },
             Curve::Arc { .. } => curve,
         };
-        let plain = Joint { before: None, round: [None; 3], curve: plain };
-        let Some(Element { curve: last, leads_in, .. }) = self.last else { return Ok(plain) };
+        let plain = Joint { before: None, round: [None; 3], curve: plain, is_blind: false };
+        let Some(Element { curve: last, leads_in, block: before, .. }) = self.last else { return Ok(plain) };
         if self.left == 0.0 {
             return Ok(plain);
         }
@@ -140,15 +153,19 @@ impl Offset {
             inwards > 0.0
         };
         if is_inside {
+            if self.dialect == Dialect::Fanuc && block > before + BLIND_BLOCKS {
+                let is_arc = matches!(curve, Curve::Arc { .. });
+                return if is_arc { Err(BLIND_ARC) } else { Ok(Joint { is_blind: true, ..plain }) };
+            }
             if let Curve::Line { from, direction, .. } = last
                 && leads_in
                 && self.dialect.is_fanuc_like()
             {
                 let before = Curve::Line { from, to: curve.from(), direction };
-                return Ok(Joint { before: Some(before), round: [None; 3], curve });
+                return Ok(Joint { before: Some(before), curve, ..plain });
             }
             let (before, curve) = last.cut_where_they_meet(&curve).ok_or(GOUGE)?;
-            return Ok(Joint { before: Some(before), round: [None; 3], curve });
+            return Ok(Joint { before: Some(before), curve, ..plain });
         }
         // Back on itself the path goes round its end, whichever side the turn seems to be to.
         let angle = if inwards < 0.0 { turned.abs() } else { TAU - turned.abs() };
@@ -156,7 +173,7 @@ impl Offset {
             return Ok(self.mitre(&last, curve, angle));
         }
         let round = Curve::Arc { centre: corner, from: self.at, to: curve.from(), sweep: angle.copysign(-self.left) };
-        Ok(Joint { before: None, round: [Some(round), None, None], curve })
+        Ok(Joint { round: [Some(round), None, None], curve, ..plain })
     }
 
     /// An outside corner that turns by `angle` in straight lines: one corner up to a right angle, then two, and what is left of an arc's
@@ -177,7 +194,7 @@ impl Offset {
             Curve::Arc { from, .. } => (line(second, from), curve),
         };
         let between = if is_sharp { line(first, second) } else { None };
-        Joint { before: None, round: [line(self.at, first), between, rest], curve }
+        Joint { before: None, round: [line(self.at, first), between, rest], curve, is_blind: false }
     }
 }
 
@@ -313,7 +330,7 @@ impl Interpreter<'_> {
         if !stays {
             let direction = minus(to, from).map(|x| x / length);
             let shifted = Curve::Line { from, to, direction }.shifted(offset.left);
-            let joint = offset.join(from, shifted).map_err(|cause| values.motion_fault(cause))?;
+            let joint = offset.join(from, shifted, self.nc_blocks).map_err(|cause| values.motion_fault(cause))?;
             self.follow(&joint, kind, feed)?;
         }
         self.position = target;
@@ -340,9 +357,9 @@ impl Interpreter<'_> {
         let shifted = Curve::Arc { centre: circle.centre, from, to, sweep: circle.sweep }.shifted(offset.left);
         let joint = if leads_in {
             let curve = leading_in(offset.at, &shifted, turns).ok_or_else(|| fault(NO_LEAD_IN))?;
-            Joint { before: None, round: [None; 3], curve }
+            Joint { before: None, round: [None; 3], curve, is_blind: false }
         } else {
-            offset.join(from, shifted).map_err(fault)?
+            offset.join(from, shifted, self.nc_blocks).map_err(fault)?
         };
         self.follow(&joint, MoveKind::Feed, feed)?;
         self.position = target;
@@ -351,6 +368,10 @@ impl Interpreter<'_> {
 
     /// Shortens the element before, goes round the corner, and takes note of the new element, which is emitted next.
     fn follow(&mut self, joint: &Joint, kind: MoveKind, feed: Option<f64>) -> Result<(), Fault> {
+        if joint.is_blind {
+            self.note("an inside corner behind two or more blocks without a move in the plane: the control does not see this move in time and overcuts the corner; with a larger parameter 19625 it does not".to_owned());
+        }
+        let block = self.nc_blocks;
         let Compensation::On(offset) = &mut self.compensation else { return Ok(()) };
         if let (Some(before), Some(Element { index, .. })) = (joint.before, offset.last) {
             let [u, v] = plus_scaled(before.to(), 1.0, offset.control);
@@ -374,7 +395,7 @@ impl Interpreter<'_> {
         if let Compensation::On(offset) = &mut self.compensation {
             offset.at = joint.curve.to();
             let leads_in = offset.last.is_none();
-            offset.last = Some(Element { index: self.moves.len(), curve: joint.curve, leads_in });
+            offset.last = Some(Element { index: self.moves.len(), curve: joint.curve, leads_in, block });
         }
         Ok(())
     }

@@ -116,7 +116,7 @@ impl Interpreter<'_> {
 
     /// Notes where a probe ended and that it met nothing.
     pub(super) fn note_probe(&mut self) {
-        let place = self.offsets.to_program(&self.position);
+        let place = self.reading(&self.position);
         let units = self.program_units(self.setup.dialect.is_fanuc_like());
         self.store(PROBED, &std::array::from_fn(|i| place[i] * units[i]));
         self.parameters.put(PROBED + 9, 0.0);

@@ -7,13 +7,13 @@ use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
-use super::offsets::{Values9, from_canonical};
+use super::offsets::{Offsets, Values9, from_canonical};
 use super::setup::MORE_OFFSETS;
 
-/// Origins of G54.1 P1 to P48, and of the further ones.
-const FIRST_ORIGINS: usize = 7001;
+/// Origins of G54.1 P1 and on; the first have other numbers, too (`parameters`).
 const FURTHER_ORIGINS: usize = 14_001;
-const FIRST_COUNT: usize = 48;
+/// LinuxCNC's orientations of Fanuc's tips, in whose figures X points the other way.
+const ORIENTATIONS: [u8; 10] = [0, 4, 3, 2, 1, 5, 8, 7, 6, 9];
 /// Most coordinate systems behind G59.
 const MORE_SYSTEMS: i32 = MORE_OFFSETS as i32;
 
@@ -21,7 +21,6 @@ const MORE_SYSTEMS: i32 = MORE_OFFSETS as i32;
 pub(super) const fn origin_of(system: usize) -> usize {
     match system.checked_sub(SYSTEMS) {
         None => ORIGINS + system * ORIGIN_STRIDE,
-        Some(more) if more < FIRST_COUNT => FIRST_ORIGINS + more * ORIGIN_STRIDE,
         Some(more) => FURTHER_ORIGINS + more * ORIGIN_STRIDE,
     }
 }
@@ -129,13 +128,16 @@ impl Interpreter<'_> {
         values.take_whole('p', 1..=MORE_SYSTEMS, "P", "a coordinate system from 1 to 298")
     }
 
-    /// G10: L2 sets origins, L20 those of G54.1, L10 a tool's length and L12 its radius, on Haas's controls its diameter; in G91 they add.
+    /// G10: L2 sets origins, L20 those of G54.1, L10 a mill tool's length and L12 its radius, on Haas's controls its diameter; in G91 they add.
     pub(super) fn set_fanuc_data(&mut self, values: &Values) -> Result<(), Fault> {
         let at_code = |cause| self.fault_at(values, Group::NonModal, cause);
-        let kind =
-            values.take_whole('l', 0..=99, "L", "a whole number")?.ok_or_else(|| at_code(Cause::Missing("L")))?;
-        match kind {
-            2 | 20 => {
+        let kind = values.take_whole('l', 0..=99, "L", "a whole number")?;
+        let is_lathe = self.setup.is_fanuc_lathe();
+        if is_lathe && (matches!(kind, Some(10 | 11)) || (kind.is_none() && self.setup.dialect == Dialect::Fanuc)) {
+            return self.set_lathe_offset(values, kind);
+        }
+        match kind.ok_or_else(|| at_code(Cause::Missing("L")))? {
+            kind @ (2 | 20) => {
                 let range = if kind == 2 { 1..=6 } else { 1..=MORE_SYSTEMS };
                 let number =
                     values.take_whole('p', range, "P", "a coordinate system: 1 to 6 with L2, 1 to 298 with L20")?;
@@ -158,7 +160,7 @@ impl Interpreter<'_> {
                 }
                 Ok(())
             }
-            10..=13 => {
+            kind @ 10..=13 if !is_lathe => {
                 let number = values.take_whole('p', 1..=9999, "P", "the number of an offset from 1 to 9999")?;
                 let number = number.ok_or_else(|| at_code(Cause::Missing("P, the number of the offset,")))?;
                 let value = self.take_length(values, 'r').ok_or_else(|| at_code(Cause::Missing("R, the offset,")))?;
@@ -182,6 +184,43 @@ impl Interpreter<'_> {
         }
     }
 
+    /// G10 L10 of lathes: X, Z, the nose radius R and the tip Q of an offset; U and W add. L11 sets its wear. Without L, which Fanuc's controls allow, P is
+    /// the number of a wear, or 10000 more than that of an offset.
+    fn set_lathe_offset(&mut self, values: &Values, kind: Option<i32>) -> Result<(), Fault> {
+        let at_code = |cause| self.fault_at(values, Group::NonModal, cause);
+        let range = "the number of an offset from 1 to 9999, or without L 10000 more";
+        let number = values.take_whole('p', 1..=19_999, "P", range)?.map(i32::unsigned_abs);
+        let number = number.ok_or_else(|| at_code(Cause::Missing("P, the number of the offset,")))?;
+        let (is_wear, offset) = match kind {
+            Some(kind) => (kind == 11, number),
+            None => (number < 10_000, number % 10_000),
+        };
+        if !(1..=9999).contains(&offset) {
+            return Err(values.fault('p', Cause::Range("P", range)));
+        }
+        let words = [Axis::X, Axis::Y, Axis::Z].map(|axis| (axis, self.take_axis_or_step(values, axis)));
+        let radius = self.take_length(values, 'r');
+        let mut tool = self.tools.get(&offset).copied().unwrap_or_default();
+        if is_wear {
+            let mut lengths = words.iter().filter_map(|(_, word)| word.map(|(length, _)| length)).chain(radius);
+            if lengths.any(|length| length != 0.0) {
+                return Err(at_code(Cause::NotAllowed("a wear offset other than 0")));
+            }
+        } else {
+            for (axis, word) in words {
+                if let Some((length, is_step)) = word {
+                    tool.offset[axis] = length + if is_step { tool.offset[axis] } else { 0.0 };
+                }
+            }
+            tool.diameter_mm = radius.map_or(tool.diameter_mm, |radius| 2.0 * radius);
+        }
+        if let Some(tip) = values.take_whole('q', 0..=9, "Q", "a tip from 0 to 9")? {
+            tool.orientation = ORIENTATIONS[tip.unsigned_abs() as usize];
+        }
+        self.tools.insert(offset, tool);
+        Ok(())
+    }
+
     /// G50 S and G92 S: the greatest spindle speed under G96.
     pub(super) fn limit_speed(&mut self, values: &Values) -> bool {
         let limits = matches!(values.number(Group::NonModal), Some(own::SPEED_LIMIT | 920));
@@ -192,8 +231,20 @@ impl Interpreter<'_> {
         limits
     }
 
-    /// Brings the system variables up to date: where the tool is (axis positions, and program coordinates in the program's units), and the modes.
-    pub(super) fn refresh_variables(&mut self, position: &Values9, relative: &Values9) {
+    /// Program coordinates of axis positions as `#5041` and `#5061` give them: Fanuc's leave the tool offset in, and so tell where the spindle or turret is.
+    pub(super) fn reading(&self, position: &Values9) -> Values9 {
+        if self.setup.dialect != Dialect::Fanuc {
+            return self.offsets.to_program(position);
+        }
+        let offsets = Offsets { tool: [0.0; 9], ..self.offsets.clone() };
+        let mut reading = offsets.to_program(position);
+        reading[Axis::Z as usize] += self.tip_mm.unwrap_or(0.0);
+        reading
+    }
+
+    /// Brings the system variables up to date: where the tool is (axis positions), where the last block ends and what the position display reads (in the
+    /// program's units), and the modes.
+    pub(super) fn refresh_variables(&mut self, position: &Values9, end: &Values9, now: &Values9) {
         let modes = &self.modes;
         let plane = [17.0, 18.0, 19.0][modes.plane as usize];
         let is_lathe = self.setup.is_fanuc_lathe();
@@ -236,9 +287,9 @@ impl Interpreter<'_> {
             parameters.put(4009, f64::from(cycle) / 10.0);
         }
         for i in 0..6 {
-            parameters.put(5001 + i, relative[i]);
+            parameters.put(5001 + i, end[i]);
             parameters.put(5021 + i, position[i] * parameters.units[i]);
-            parameters.put(5041 + i, relative[i]);
+            parameters.put(5041 + i, now[i]);
         }
         let mut length = self.offsets.tool;
         if let Some(of_tip) = self.tip_mm {

@@ -31,6 +31,9 @@ pub const FARTHEST: f64 = 1e9;
 /// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
 const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
+/// What T and Q of M61 may be.
+const TOOL_NUMBERS: &str = "a whole number from 0 to 99999";
+
 /// Most lines that are found wrong before a program is given up: many of them may be one error, or one line of a loop.
 const MOST_FAULTS: usize = 1000;
 
@@ -59,7 +62,8 @@ pub struct Program {
 
 /// Executes a program.
 ///
-/// `file` is named in errors, and subroutine files are looked for beside it. Text behind M2, M30 or a second `%` is not read.
+/// `file` is named in errors, and subroutine files are looked for beside it. Text behind a second `%` is not read, nor behind M2 or M30, after which
+/// only Grbl runs on.
 ///
 /// # Errors
 /// What is wrong, with file, line, column and text: the first thing, and what else is wrong whatever the first has done, [`MOST_ERRORS`] in
@@ -68,7 +72,7 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let fault = |(file, line, cause)| GcodeError::new(file, line, 1, String::new(), cause);
     let lines = source::lines(source).map_err(|(line, cause)| fault((file.to_owned(), line, cause)))?;
     let parse = |line: &str| parse(line, setup);
-    let text = Source::of(&lines, file, &parse, setup.dialect.is_fanuc_like()).map_err(fault)?;
+    let text = Source::of(&lines, file, &parse, setup.dialect).map_err(fault)?;
     let mut interpreter = Interpreter::new(setup);
     let errors = interpreter.run(&text);
     if errors.is_empty() {
@@ -148,6 +152,8 @@ pub(super) struct Interpreter<'a> {
     pub ignores_compensation: bool,
     /// Lines executed so far.
     pub steps: usize,
+    /// Blocks executed so far, but for those of the macro language and calls.
+    pub nc_blocks: usize,
     /// A straight move whose end is rounded or chamfered once the next is known.
     pub corner: Option<Corner>,
     /// Whether that is so because of a tilted plane (G68.2).
@@ -200,6 +206,7 @@ impl<'a> Interpreter<'a> {
             in_contour: false,
             ignores_compensation: false,
             steps: 0,
+            nc_blocks: 0,
             has_tool_vectors: false,
             parameters: Parameters::new(&setup.parameters, setup.dialect),
             offsets: Offsets::default(),
@@ -350,19 +357,23 @@ impl<'a> Interpreter<'a> {
         let values = Values::of(block, &self.parameters, self.setup, self.modes.inches)?;
         values.notes().for_each(|note| self.note(note.to_owned()));
         self.assign(block)?;
+        let says_something = !block.words.is_empty() || (block.sequence.is_some() && block.assignments.is_empty());
+        self.nc_blocks += usize::from(says_something && values.code(Group::Subprogram).is_none());
         if values.number(Group::Subprogram) == Some(own::MACRO_CALL) {
             return self.call_macro(table, &values, at);
         }
         self.keep_or_restore_modes(&values)?;
         self.set_feed_and_speed(&values)?;
-        self.change_tool(&values)?;
-        self.obey_spindle_and_coolant(&values)?;
+        self.select_tool(&values)?;
+        self.obey_machine_codes(&values, false)?;
+        self.obey_coolant_and_overrides(&values)?;
         self.dwell(&values)?;
         self.set_modes(&values)?;
         self.obey_user_code(&values)?;
         self.obey_datum_codes(&values)?;
         if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
             let next = self.contour_cycle(lines, table, &values, code, at)?;
+            self.obey_machine_codes(&values, true)?;
             self.note_lengths(&values);
             values.check_all_used()?;
             return Ok(Next::Line(next));
@@ -373,7 +384,10 @@ impl<'a> Interpreter<'a> {
             values.check_all_used()?;
             return Ok(Next::Line(at + 1));
         }
+        let first_move = self.moves.len();
         self.obey_motion(&values)?;
+        self.note_start_of_spindle(&values, first_move);
+        self.obey_machine_codes(&values, true)?;
         self.note_lengths(&values);
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
             self.modes.spindle = Spindle::Still;
@@ -382,12 +396,25 @@ impl<'a> Interpreter<'a> {
             Some(2 | 30) => {
                 self.refuse_open_corner(&values)?;
                 self.note_unchanged_tool();
-                Next::End
+                self.end_program(table, at)
             }
             _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
         Ok(next)
+    }
+
+    /// M2 and M30. Grbl goes back to G1, G17, G54, G90, G94, M5 and M9 and runs on (its `gcode.c`, step 21).
+    fn end_program(&mut self, table: &FlowTable, at: usize) -> Next {
+        if self.setup.dialect != Dialect::Grbl || at >= table.own {
+            return Next::End;
+        }
+        self.select_system(0);
+        let modes = &mut self.modes;
+        (modes.motion, modes.plane, modes.incremental) = (Some(10), Plane::Xy, false);
+        (modes.feed_mode, modes.spindle) = (FeedMode::PerMinute, Spindle::Still);
+        (modes.mist, modes.flood) = (false, false);
+        Next::Line(at + 1)
     }
 
     /// Brings the parameters that mirror the controller's state up to date. On LinuxCNC G40 puts the programmed place back at once.
@@ -457,7 +484,11 @@ impl<'a> Interpreter<'a> {
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
         if self.setup.dialect.is_fanuc_like() {
-            self.refresh_variables(&position, &relative);
+            let of = |place: &Values9| std::array::from_fn(|i| in_units(i, place[i], true));
+            // Fanuc's end of a block has no compensation in it.
+            let end = if self.setup.dialect == Dialect::Fanuc { self.position } else { position };
+            let (end, now) = (of(&self.offsets.to_program(&end)), of(&self.reading(&position)));
+            self.refresh_variables(&position, &end, &now);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();
@@ -493,8 +524,9 @@ impl<'a> Interpreter<'a> {
 
     /// `#number = value`. On Fanuc's controls the origin in force takes effect at once.
     fn assign_numbered(&mut self, number: f64, value: f64) -> Result<(), Cause> {
-        let from = origin_of(self.modes.system) as f64;
-        let moves_zero = self.setup.dialect.is_fanuc_like() && (from..from + 9.0).contains(&number.round());
+        let from = origin_of(self.modes.system);
+        let is_in_force = self.parameters.index(number).is_some_and(|index| (from..from + 9).contains(&index));
+        let moves_zero = self.setup.dialect.is_fanuc_like() && is_in_force;
         if moves_zero && self.compensation.on().is_some() {
             return Err(Cause::NotAllowed("another origin of the system in force while cutter compensation is on"));
         }
@@ -559,15 +591,46 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    fn change_tool(&mut self, values: &Values) -> Result<(), Fault> {
-        const RANGE: &str = "a whole number from 0 to 99999";
+    /// T: the next tool, on Fanuc's and Haas's lathes the tool and its offset.
+    fn select_tool(&mut self, values: &Values) -> Result<(), Fault> {
         if self.setup.is_fanuc_lathe() {
             return self.call_lathe_tool(values);
         }
-        if let Some(tool) = values.take_whole('t', 0..=99_999, "T", RANGE)? {
+        if let Some(tool) = values.take_whole('t', 0..=99_999, "T", TOOL_NUMBERS)? {
             self.selected_tool = tool.unsigned_abs();
             self.waiting_tool = Some(self.selected_tool);
         }
+        Ok(())
+    }
+
+    /// M3, M4, M5, M6, M19 and M61, of which some act behind the block's move: on Fanuc's and Haas's controls a change of tools and what stops the
+    /// spindle, on Haas's and beside a change of tools what starts it, too.
+    fn obey_machine_codes(&mut self, values: &Values, is_behind: bool) -> Result<(), Fault> {
+        let changes_tools = values.code(Group::ToolChange).is_some();
+        let stops_behind = self.setup.dialect.is_fanuc_like();
+        let starts_behind = self.setup.dialect == Dialect::Haas || (stops_behind && changes_tools);
+        if stops_behind == is_behind && !self.setup.is_fanuc_lathe() {
+            self.change_tool(values)?;
+        }
+        match values.number(Group::Spindle) {
+            Some(3) if starts_behind == is_behind => self.modes.spindle = Spindle::Clockwise,
+            Some(4) if starts_behind == is_behind => self.modes.spindle = Spindle::Counterclockwise,
+            Some(5) if stops_behind == is_behind => self.modes.spindle = Spindle::Still,
+            _ => {}
+        }
+        if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
+    }
+
+    /// Notes that M3 or M4 of Fanuc's controls stands beside a move that cuts, the first of the block's being `first_move`.
+    fn note_start_of_spindle(&mut self, values: &Values, first_move: usize) {
+        let starts = matches!(values.number(Group::Spindle), Some(3 | 4)) && values.code(Group::ToolChange).is_none();
+        let cuts = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
+        if starts && self.setup.dialect == Dialect::Fanuc && self.moves.iter().skip(first_move).any(cuts) {
+            self.note("M3 or M4 beside a feed move is taken to start the spindle before the move; on some machines it acts behind it".to_owned());
+        }
+    }
+
+    fn change_tool(&mut self, values: &Values) -> Result<(), Fault> {
         if values.code(Group::ToolChange).is_some() {
             self.waiting_tool = None;
         }
@@ -581,7 +644,7 @@ impl<'a> Interpreter<'a> {
                 self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
             }
             Some(_) => {
-                let tool = values.take_whole('q', 0..=99_999, "Q", RANGE)?;
+                let tool = values.take_whole('q', 0..=99_999, "Q", TOOL_NUMBERS)?;
                 let Some(tool) = tool else {
                     return Err(self.fault_at(values, Group::ToolChange, Cause::Missing("Q, the tool's number,")));
                 };
@@ -595,27 +658,25 @@ impl<'a> Interpreter<'a> {
         Ok(())
     }
 
-    /// Spindle, coolant and overrides move nothing; their words are checked all the same.
-    fn obey_spindle_and_coolant(&mut self, values: &Values) -> Result<(), Fault> {
-        if let Some(code) = values.number(Group::Spindle) {
-            self.modes.spindle = match code {
-                3 => Spindle::Clockwise,
-                4 => Spindle::Counterclockwise,
-                _ => Spindle::Still,
-            };
+    /// M19: the spindle stands where R says.
+    fn orient_spindle(&mut self, values: &Values) -> Result<(), Fault> {
+        if values.code(Group::Orient).is_none() {
+            return Ok(());
         }
-        if values.code(Group::Orient).is_some() {
-            // It stands where R says.
-            self.modes.spindle = Spindle::Still;
-            values.take('r');
-            if self.setup.dialect.is_fanuc_like() {
-                // An angle.
-                values.take('p');
-            } else {
-                values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
-            }
-            values.take('q');
+        self.modes.spindle = Spindle::Still;
+        values.take('r');
+        if self.setup.dialect.is_fanuc_like() {
+            // An angle.
+            values.take('p');
+        } else {
+            values.take_whole('p', 0..=2, "P", "0, 1 or 2")?;
         }
+        values.take('q');
+        Ok(())
+    }
+
+    /// Coolant and overrides move nothing; their words are checked all the same.
+    fn obey_coolant_and_overrides(&mut self, values: &Values) -> Result<(), Fault> {
         let may_be_all =
             values.has('s') || [Group::Spindle, Group::SpindleMode].iter().any(|&g| values.code(g).is_some());
         let least = -i32::from(may_be_all);

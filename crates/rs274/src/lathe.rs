@@ -165,7 +165,7 @@ impl Interpreter<'_> {
     }
 
     /// G76: a block without X and Z sets it up (P: passes at full depth, run-out, angle; Q least cut; R last cut), the next cuts (P or K the
-    /// thread's height, Q or D the first cut, R the taper, F the pitch).
+    /// thread's height, Q or D the first cut, R the taper, F the pitch; beside K, P is the cutting method: 1 and 2 cut equal areas, 3 and 4 equal depths).
     fn repeat_thread(&mut self, values: &Values) -> Result<(), Fault> {
         if !Self::has_lathe_target(values) {
             let digits = values.take_whole('p', 0..=999_999, "P", "six digits: passes, run-out, angle")?.unwrap_or(0);
@@ -178,7 +178,10 @@ impl Interpreter<'_> {
         let needed = |value: Option<f64>, what| {
             value.map(f64::abs).filter(|&value| value > 0.0).ok_or_else(|| values.motion_fault(Cause::Missing(what)))
         };
-        let height = self.take_length(values, 'k').or_else(|| self.take_count(values, 'p'));
+        let (height, method) = match self.take_length(values, 'k') {
+            Some(height) => (Some(height), values.take_whole('p', 1..=4, "P", "a cutting method from 1 to 4")?),
+            None => (self.take_count(values, 'p'), None),
+        };
         let height = needed(height, "P or K, the height of the thread,")?;
         let first = self.take_length(values, 'd').or_else(|| self.take_count(values, 'q'));
         let first = needed(first, "Q or D, the first depth of cut,")?;
@@ -190,7 +193,8 @@ impl Interpreter<'_> {
         let rough = (height - last_cut).max(0.0);
         let mut depth = 0.0;
         for pass in 1..=MAX_PASSES {
-            depth = (first * f64::from(pass).sqrt()).max(depth + least_cut).min(rough);
+            let cuts = if matches!(method, Some(3 | 4)) { f64::from(pass) } else { f64::from(pass).sqrt() };
+            depth = (first * cuts).max(depth + least_cut).min(rough);
             if depth <= 0.0 || depth >= rough {
                 break;
             }

@@ -329,6 +329,11 @@ impl Values {
         self.letters[slot(letter)].is_some()
     }
 
+    /// The column of a word, if it is there.
+    pub fn column(&self, letter: char) -> Option<u32> {
+        self.letters[slot(letter)].as_ref().map(|value| value.column)
+    }
+
     /// A word's value; from now on the word counts as used.
     pub fn take(&self, letter: char) -> Option<f64> {
         let value = self.letters[slot(letter)].as_ref()?;

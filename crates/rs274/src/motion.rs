@@ -106,6 +106,15 @@ impl Interpreter<'_> {
         })
     }
 
+    /// The value of an axis's word, and whether it is a step: in G91, or U, V, W or H of lathes. Of two words for an axis the later counts.
+    pub(super) fn take_axis_or_step(&self, values: &Values, axis: Axis) -> Option<(f64, bool)> {
+        let word = self.take_axis(values, axis).map(|value| (value, self.modes.incremental));
+        let step = self.take_step(values, axis).map(|value| (value, true));
+        let column = |letter: Option<char>| letter.and_then(|letter| values.column(letter));
+        let is_step_later = column(self.step_letter(axis)) > column(Some(axis.letter().to_ascii_lowercase()));
+        if is_step_later { step.or(word) } else { word.or(step) }
+    }
+
     /// A length word in mm.
     pub(super) fn take_length(&self, values: &Values, letter: char) -> Option<f64> {
         values.note_length(letter);
@@ -119,16 +128,10 @@ impl Interpreter<'_> {
         // What a step adds beside itself.
         let mut change = [0.0; 9];
         for axis in Axis::ALL {
-            if let Some(value) = self.take_axis(values, axis) {
+            if let Some((value, is_step)) = self.take_axis_or_step(values, axis) {
                 let i = axis as usize;
-                program[i] = if self.modes.incremental { program[i] + value } else { value };
-                change[i] = if self.modes.incremental { self.offset_change[i] } else { 0.0 };
-                named[i] = true;
-            }
-            if let Some(step) = self.take_step(values, axis) {
-                let i = axis as usize;
-                program[i] += step;
-                change[i] = self.offset_change[i];
+                program[i] = if is_step { program[i] + value } else { value };
+                change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
             }
         }
@@ -425,6 +428,10 @@ impl Interpreter<'_> {
         let Similar { scale, mirrors } = similar.unwrap_or(Similar { scale: 1.0, mirrors: false });
         let clockwise = clockwise != mirrors;
         if let Some(radius) = self.take_length(values, 'r') {
+            if self.setup.dialect == Dialect::Fanuc {
+                // R takes precedence.
+                ['i', 'j', 'k'].into_iter().for_each(|letter| values.drop_word(letter));
+            }
             return from_radius(start, end, radius * scale, clockwise, turns).map_err(fault);
         }
         let given = letters.map(|letter| self.take_length(values, letter));

@@ -9,7 +9,7 @@
 //! or `repeat` loop is next skipped to, which then begins again; a `break`, until the `while` of a `do` loop is next reached, which then ends.
 
 use super::block::{Block, Flow, Keyword, Label};
-use super::dialect::own;
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::{Interpreter, Next};
 use super::macro_flow::Jumps;
@@ -411,6 +411,10 @@ impl Interpreter<'_> {
             };
         }
         let mut modes = kept.modes.clone();
+        if modes.feed != 0.0 {
+            // LinuxCNC executes F in the kept unit, in which F of a block with G20 or G21 was not meant.
+            modes.feed = modes.turning_feed * modes.unit_mm();
+        }
         if now.compensation.is_some() {
             (modes.plane, modes.system) = (self.modes.plane, self.modes.system);
         }
@@ -443,9 +447,9 @@ impl Interpreter<'_> {
             return Err(values.fault('p', Cause::Range("P", "a subroutine's number")));
         };
         let given = values.take_whole('l', 0..=1_000_000, "L", "a whole number from 0 to 1000000")?;
-        // Without L, Fanuc's P has the repeats before the last four digits: P31000 runs O1000 three times.
+        // Without L, Fanuc's P has the repeats before the last four digits: P31000 runs O1000 three times. Haas's is O31000.
         let (label, times) = match given {
-            None if like_fanuc
+            None if self.setup.dialect == Dialect::Fanuc
                 && code.number == 98
                 && label > 9999
                 && !table.subroutines.contains_key(&label.to_string()) =>

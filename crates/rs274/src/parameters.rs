@@ -141,9 +141,9 @@ impl Parameters {
             system: [0.0; SYSTEM_NAMES.len()],
         };
         for (name, &value) in defaults {
-            match name.parse::<usize>() {
-                Ok(index) if (1..parameters.numbered.len()).contains(&index) => parameters.numbered[index] = value,
-                _ => parameters.insert(name.to_ascii_lowercase(), value),
+            match name.parse::<usize>().ok().and_then(|number| parameters.index(number as f64)) {
+                Some(index) => parameters.numbered[index] = value,
+                None => parameters.insert(name.to_ascii_lowercase(), value),
             }
         }
         parameters
@@ -264,24 +264,27 @@ impl Parameters {
         }
     }
 
-    /// The index of `#number`: whole within 1e-4 and in range.
-    fn index(&self, number: f64) -> Option<usize> {
+    /// The index of `#number`: whole within 1e-4 and in range. On Fanuc's controls `#7001` and on are `#14001` and on: origins of G54.1 P1 to P48,
+    /// on Haas's of G154 P1 to P20.
+    pub fn index(&self, number: f64) -> Option<usize> {
         let whole = number.round();
         let last = (self.numbered.len() - 1) as f64;
         let exists = (number - whole).abs() < 1e-4 && whole >= 1.0 && whole <= last;
-        exists.then_some(whole as usize)
+        let index = exists.then_some(whole as usize)?;
+        let last_alias = if self.is_haas { 7400 } else { 7960 };
+        let is_alias = self.has_vacant && (7001..=last_alias).contains(&index);
+        Some(if is_alias { index + 7000 } else { index })
     }
 }
 
 /// `#3000 = number`: the program stops with this alarm.
 const ALARM: usize = 3000;
 
-/// The axis of a variable that holds a part of an origin: G54 to G59, and G54.1 P1 to P48 and P49 to P298.
+/// The axis of a variable that holds a part of an origin: G54 to G59, and G54.1 P1 to P298.
 fn origin_axis(index: usize) -> Option<usize> {
     let from = match index {
         5221..=5340 => 5221,
-        7001..=7960 => 7001,
-        14_961..=19_960 => 14_961,
+        14_001..=19_960 => 14_001,
         _ => return None,
     };
     Some((index - from) % 20).filter(|&axis| axis < 9)
@@ -307,7 +310,7 @@ fn variables(dialect: Dialect) -> Vec<f64> {
     let value = |index| match index {
         _ if is_common(index, is_haas) && index >= first_kept => UNSET,
         _ if is_common(index, is_haas) => VACANT,
-        ALARM..=3012 | 5001..=5610 | 7001..=7960 | 14_961..=19_960 => 0.0,
+        ALARM..=3012 | 5001..=5610 | 14_001..=19_960 => 0.0,
         _ => UNKNOWN,
     };
     (0..=MAX_VARIABLE).map(value).collect()

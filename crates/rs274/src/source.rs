@@ -5,6 +5,7 @@
 //! label that is computed finds none.
 
 use super::block::{Block, Keyword, Label};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::file::{self, LARGEST_PROGRAM};
 use std::collections::BTreeSet;
@@ -48,8 +49,8 @@ pub(super) struct Source {
     files: Vec<(PathBuf, usize)>,
     /// How many lines are the program's own.
     own: usize,
-    /// Whether M98 and G65 call files.
-    like_fanuc: bool,
+    /// In Fanuc's and Haas's, M98 and G65 call files.
+    dialect: Dialect,
 }
 
 /// How files of Fanuc's programs end.
@@ -58,9 +59,9 @@ const EXTENSIONS: [&str; 8] = [".nc", ".NC", ".ngc", ".cnc", ".CNC", ".tap", ".t
 impl Source {
     /// # Errors
     /// The file to blame and its line, when a subroutine's file cannot be read or makes too many lines.
-    pub fn of(text: &[String], file: &Path, parse: Parse, like_fanuc: bool) -> Result<Self, (PathBuf, u32, Cause)> {
-        let range = program_lines(text, parse, like_fanuc).map_err(|(line, cause)| (file.to_owned(), line, cause))?;
-        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: range.end, like_fanuc };
+    pub fn of(text: &[String], file: &Path, parse: Parse, dialect: Dialect) -> Result<Self, (PathBuf, u32, Cause)> {
+        let range = program_lines(text, parse, dialect).map_err(|(line, cause)| (file.to_owned(), line, cause))?;
+        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: range.end, dialect };
         source.add(text, range, parse);
         // The program ends here, whatever stands behind.
         source.blocks.push(parse("M2"));
@@ -88,7 +89,7 @@ impl Source {
                     Ok(_) => return Err((path, 1, TOO_MANY_LINES)),
                     Err((line, cause)) => return Err((path, line, cause)),
                 };
-                let range = match program_lines(&lines, parse, self.like_fanuc) {
+                let range = match program_lines(&lines, parse, self.dialect) {
                     Ok(range) => range,
                     Err((line, cause)) => return Err((path, line, cause)),
                 };
@@ -102,7 +103,7 @@ impl Source {
 
     /// The file of a subroutine, if there is one.
     fn file_of(&self, folder: &Path, name: &str) -> Result<Option<(PathBuf, String)>, (PathBuf, u32, Cause)> {
-        let number: Option<u32> = if self.like_fanuc { name.parse().ok() } else { None };
+        let number: Option<u32> = if self.dialect.is_fanuc_like() { name.parse().ok() } else { None };
         let names: Vec<String> = match number {
             None => vec![format!("{name}.ngc")],
             Some(number) => {
@@ -124,15 +125,17 @@ impl Source {
 
     /// Numbers of the programs that the macro language calls.
     fn called_numbers(&self) -> impl Iterator<Item = String> {
-        let blocks = self.blocks.iter().filter_map(|block| block.as_ref().ok()).filter(|_| self.like_fanuc);
+        let blocks = self.blocks.iter().filter_map(|block| block.as_ref().ok());
+        let blocks = blocks.filter(|_| self.dialect.is_fanuc_like());
         blocks.flat_map(|block| {
             let literals = |letter: char| {
                 block.words.iter().filter(move |word| word.letter == letter).filter_map(|word| word.value.literal())
             };
             let calls = literals('m').any(|code| code == 98.0) || literals('g').any(|code| code == 65.0);
             let number = literals('p').next().filter(|_| calls);
-            // Both meanings of P31000.
-            number.into_iter().flat_map(|number| [number, number % 10_000.0]).map(|number| format!("{number}"))
+            // Both meanings of Fanuc's P31000.
+            let program = number.filter(|_| self.dialect == Dialect::Fanuc).map(|number| number % 10_000.0);
+            number.into_iter().chain(program).map(|number| format!("{number}"))
         })
     }
 
@@ -196,7 +199,7 @@ impl Source {
 ///
 /// # Errors
 /// When words stand on both sides of a `%` and nothing tells which the control reads.
-fn program_lines(lines: &[String], parse: Parse, like_fanuc: bool) -> Result<Range<usize>, (u32, Cause)> {
+fn program_lines(lines: &[String], parse: Parse, dialect: Dialect) -> Result<Range<usize>, (u32, Cause)> {
     let sign_from = |from: usize| lines.iter().skip(from).position(|line| bare(line) == "%").map(|i| from + i);
     let first_line = lines.iter().position(|line| !bare(line).is_empty()).unwrap_or(0);
     let Some(first) = sign_from(0) else { return Ok(0..lines.len()) };
@@ -210,7 +213,7 @@ fn program_lines(lines: &[String], parse: Parse, like_fanuc: bool) -> Result<Ran
     }
     let has_code =
         |line: &String| parse(line).is_ok_and(|block| block.words.iter().any(|word| matches!(word.letter, 'g' | 'm')));
-    let why = if !like_fanuc {
+    let why = if !dialect.is_fanuc_like() {
         "words stand behind this `%`, which ends the program"
     } else if lines[..first].iter().any(has_code) {
         "codes stand on both sides of this `%`: the control may read either"

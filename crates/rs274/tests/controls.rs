@@ -333,11 +333,82 @@ fn in_g91_offsets_set_by_g10_add() {
 }
 
 #[test]
+fn on_lathes_g10_sets_offsets_nose_and_tip() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    // Offset 12 is 5 along Z. X and U are diameters, U and W add; what has no word stays.
+    for (words, [x, z]) in
+        [("R0.4", [30.0, 10.0]), ("X-8.Z3.", [26.0, 8.0]), ("U2.W1.", [31.0, 11.0]), ("Z3.R0.4Q3", [30.0, 8.0])]
+    {
+        for (code, setup) in [("G10L10P12", &haas), ("G10L10P12", &lathe()), ("G10P10012", &lathe())] {
+            assert_end(
+                &format!(
+                    "{code}{words}
+T0112
+G0X60.Z5.
+M30"
+                ),
+                setup,
+                [x, 0.0, z],
+            );
+        }
+    }
+    // Fanuc's tips 3 and 2 are LinuxCNC's 2 and 3: see the test of the nose.
+    let source = "T0112
+G0X40.Z-5.
+G42G1X20.Z-5.F1.S1M3
+Z-10.
+M30";
+    assert_end(
+        &format!(
+            "G10L10P12R0.8Q3
+{source}"
+        ),
+        &lathe(),
+        [10.0, 0.0, -5.0 - 0.8],
+    );
+    assert_end(
+        &format!(
+            "G10L10P12R0.4Q2
+{source}"
+        ),
+        &lathe(),
+        [10.0 + 0.8, 0.0, -5.0 - 0.4],
+    );
+    for (source, setup, text) in [
+        ("G10P12Z3.", &lathe(), "a wear offset other than 0"),
+        ("G10L11P12U0.1", &haas, "a wear offset other than 0"),
+        ("G10P10012Z3.", &haas, "L is missing"),
+        ("G10P0Z3.", &lathe(), "the number of an offset"),
+        ("G10L12P12R1.", &lathe(), "not supported"),
+    ] {
+        let told = refused(
+            &format!(
+                "{source}
+M30"
+            ),
+            setup,
+        );
+        assert!(told.contains(text), "{source}: {told}");
+    }
+    assert_end(
+        "G10L11P12X0Z0R0
+T0112
+G0X60.Z5.
+M30",
+        &lathe(),
+        [30.0, 0.0, 10.0],
+    );
+}
+
+#[test]
 fn kept_modes_bring_the_tool_offset_back() {
     // LinuxCNC executes G43 and G49 where they differ; G43 is then that of the tool in the spindle.
     assert_end("T2 M6\nG43 H1\nM70\nG49\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
     assert_end("M70\nG43 H1\nG0 Z0\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
     assert_end("o<in> sub\nM73\nG43 H1\no<in> endsub\no<in> call\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 1.0]);
+    // F is executed, too: in inches, where the block that gave it was still one of mm.
+    let moves = run("G20 F10\nG1 X1\nM70\nG21 F100\nM72\nX2\nM2", &linuxcnc()).moves;
+    assert_eq!(moves.iter().map(|step| step.feed_mm_min).collect::<Vec<_>>(), [Some(10.0), Some(254.0)]);
     // Of two lengths the later stays.
     assert_end("G43 H1\nM70\nG43 H2\nM72\nG0 Z1\nM2", &linuxcnc(), [0.0, 0.0, 31.0]);
     assert_refused("M70\nG41.1 D2 G1 X10 F100\nM72\nM2", &linuxcnc(), "3:1", "where cutter compensation is another");
@@ -455,6 +526,31 @@ fn system_variables_take_effect_or_are_errors() {
     assert_end("G20\n#5221=1.\nG0X1.\nM30", &haas(), [50.8, 0.0, 0.0]);
     assert_end("G20G10L2P1X1.\nG0X#5221\nM30", &haas(), [50.8, 0.0, 0.0]);
     assert_end("#7001=10.\nG54.1P1G0X1.\n#7001=20.\nX2.\nM30", &fanuc(), [22.0, 0.0, 0.0]);
+    // P1 has two numbers; Haas's #7001 and on end at P20.
+    for setup in [fanuc(), haas()] {
+        assert_end("#14001=10.\nG54.1P1G0X1.\n#7001=20.\nX[#14001+2.]\nM30", &setup, [42.0, 0.0, 0.0]);
+        assert_end("#14401=10.\nG54.1P21G0X1.\n#14401=20.\nX2.\nM30", &setup, [22.0, 0.0, 0.0]);
+    }
+    assert_end("#7401=10.\nG54.1P21G0X1.\nM30", &fanuc(), [11.0, 0.0, 0.0]);
+    assert_refused("#7401=10.\nM30", &haas(), "1:1", "a system variable other than origins");
+    let given = Setup { parameters: [("7001".to_owned(), 5.0)].into(), ..fanuc() };
+    assert_end("G54.1P1G0X1.\nM30", &given, [6.0, 0.0, 0.0]);
+    // Where a block ends has no offset in it; Fanuc's place has that of the tool, 50 long, and D2's radius of 5.
+    for (source, variable, on_fanuc, on_haas) in [
+        ("G43H1G0Z10.", 5003, 10.0, 10.0),
+        ("G43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G55G43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G43.4H1\nG0Z10.", 5043, 60.0, 10.0),
+        ("G52Z1.\nG43H1G0Z10.", 5043, 60.0, 10.0),
+        ("G41D2G1X20.F100.", 5002, 0.0, 5.0),
+        ("G41D2G1X20.F100.", 5042, 5.0, 5.0),
+    ] {
+        for (setup, expected) in [(fanuc(), on_fanuc), (haas(), on_haas)] {
+            let source = format!("G10L2P2Z-7.\n{source}\n#1=#{variable}\nG40G49G0X0Y0Z0\nG54G52Z0\nG0X#1\nM30");
+            let found = ends(&run(&source, &setup)).last().expect("the program moves")[0];
+            assert!((found - expected).abs() < 1e-9, "{source}: {found}");
+        }
+    }
     for source in ["#5203=1.", "#2001=5.", "#11001=5.", "#4003=91", "#5001=0", "#3005=0", "#5230=45."] {
         let told = refused(&format!("{source}\nM30"), &fanuc());
         assert!(told.starts_with("bad.nc:1:1: "), "{source}: {told}");
@@ -483,6 +579,10 @@ fn what_another_pallet_brings_in_is_not_known() {
 fn a_probed_place_is_in_the_programs_units() {
     assert_ends("G20 F10\nG38.2 X2\nG0 X0\nX#5061\nM2", &linuxcnc(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
     assert_ends("G20F10.\nG31X2.\nG0X0\nX#5061\nM30", &haas(), &[[50.8, 0.0, 0.0], [0.0; 3], [50.8, 0.0, 0.0]]);
+    // Fanuc's holds the tool offset, Haas's does not.
+    let probed = "G43H1G0Z5.\nG31Z-10.F100.\n#1=#5063\nG0X#1\nM30";
+    assert_end(probed, &fanuc(), [40.0, 0.0, 40.0]);
+    assert_end(probed, &haas(), [-10.0, 0.0, 40.0]);
     let source = "G98F10.\nG31X40.\nG0X0\nX#5061\nM30";
     assert_ends(source, &lathe(), &[[20.0, 0.0, 0.0], [0.0; 3], [20.0, 0.0, 0.0]]);
 }
@@ -666,6 +766,34 @@ fn a_program_stop_stops_the_spindle() {
 }
 
 #[test]
+fn machine_codes_act_before_or_behind_the_move_of_their_block() {
+    let speeds = |source: &str, setup: &Setup| {
+        let moves = run(&format!("S500\n{source}\nM30"), setup).moves;
+        moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>()
+    };
+    for (source, on_haas, on_fanuc, on_linuxcnc) in [
+        ("G1X1.F100M3\nX2.", [0.0, 500.0], [500.0, 500.0], [500.0, 500.0]),
+        ("G1X1.F100M4\nX2.", [0.0, -500.0], [-500.0, -500.0], [-500.0, -500.0]),
+        ("M3\nG1X1.F100M5\nX2.", [500.0, 0.0], [500.0, 0.0], [0.0, 0.0]),
+        ("M3\nG1X1.F100M19\nX2.", [500.0, 0.0], [500.0, 0.0], [0.0, 0.0]),
+        ("T1M6M3\nG1X1.F100", [0.0, 500.0], [0.0, 500.0], [0.0, 500.0]),
+    ] {
+        for (setup, expected) in [(haas(), on_haas), (fanuc(), on_fanuc), (linuxcnc(), on_linuxcnc)] {
+            assert_eq!(speeds(source, &setup), expected, "{source} {:?}", setup.dialect);
+        }
+    }
+    let told = |source: &str| notes(&format!("S500\n{source}\nM30"), &fanuc());
+    assert!(told("G1X1.F100M3").contains("M3 or M4 beside a feed move"));
+    assert_eq!(told("G0X1.M3\nG1X2.F100"), "");
+    // The old tool goes up, and the new one over.
+    let change = |setup: &Setup| {
+        let moves = run("G0Z50.\nT2G91G28Z0M6\nG90G0X10.\nM30", setup).moves;
+        moves.iter().position(|step| step.kind == MoveKind::ToolChange { tool: 2 })
+    };
+    assert_eq!([haas(), fanuc(), linuxcnc()].map(|setup| change(&setup)), [Some(3), Some(3), Some(1)]);
+}
+
+#[test]
 fn a_machines_own_codes_may_turn_the_spindle() {
     let source = "S500M13\nG1X1.F100\nM15\nX2.\nM30";
     let user_codes = [(13, UserCode::SpindleOn), (15, UserCode::SpindleOff)].into();
@@ -730,7 +858,7 @@ fn system_variables_are_what_they_are_on_the_control() {
     // Haas's timers of tools, at zero, and Fanuc's nothing.
     assert_end("IF[#5403GE3600]THEN#3000=15\nG0X[1.+#5600]\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("G0X#5403\nM30", &fanuc(), "1:4", "parameter does not exist");
-    for variable in [5101, 5161, 5181, 5210, 5211, 5220, 5230, 5341, 5400, 5610, 14_001, 19_999] {
+    for variable in [5101, 5161, 5181, 5210, 5211, 5220, 5230, 5341, 5400, 5610, 14_000, 19_999] {
         let source = format!("G0X#{variable}\nM30");
         assert_refused(&source, &fanuc(), "1:4", "parameter does not exist");
         assert_refused(&source, &haas(), "1:4", "parameter does not exist");

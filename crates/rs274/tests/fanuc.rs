@@ -149,6 +149,9 @@ fn variables_that_the_control_keeps_must_be_set() {
 fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
     assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
+    // Haas's P is the whole number.
+    assert!(refused("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99", &haas()).contains("subroutine is not defined"));
+    assert_ends("M98P31000\nM30\nO1000\nG0X1.\nM99\nO31000\nG0X3.\nM99", &haas(), &[[3.0, 0.0, 0.0]]);
     assert_eq!(xs("G91\nM98P1000L2\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0]);
     assert_eq!(xs("G65P9010A1.X7.\nX#24\nM30\nO9010\nG0X#1\nX#24\nM99"), [1.0, 7.0]);
     // A vacant argument, and a return to a line of the caller.
@@ -195,6 +198,9 @@ fn a_lathe_calls_tool_and_offset_in_one() {
     assert!(refused("T5\nM30", &lathe()).contains("as in T0101"));
     // U and W are steps.
     assert_ends("G0X20.Z10.\nU-4.W-1.\nM30", &lathe(), &[[10.0, 0.0, 10.0], [8.0, 0.0, 9.0]]);
+    // Of a word and a step of one axis the later counts.
+    let later = "G0X40.Z5.\nX50.U10.\nU10.X50.\nZ10.W-3.\nM30";
+    assert_ends(later, &lathe(), &[[20.0, 0.0, 5.0], [25.0, 0.0, 5.0], [25.0, 0.0, 5.0], [25.0, 0.0, 2.0]]);
     // On LinuxCNC the same words change nothing, and that is told.
     let program = run("T0202\nG0 X1\nM2", &Setup::lathe());
     assert!(program.moves.iter().all(|step| step.kind == rapid));
@@ -554,6 +560,30 @@ fn pecks_and_threads_of_a_lathe() {
         .collect();
     let expected = [10.5, 11.0 - 0.5 * 2_f64.sqrt(), 11.0 - 0.5 * 3_f64.sqrt(), 10.0, 10.0];
     assert!(cuts.len() == 5 && cuts.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{cuts:?}");
+}
+
+#[test]
+fn beside_k_p_of_a_thread_is_the_cutting_method() {
+    let cuts = |method: &str, dialect| {
+        let source = format!("G97S100M3\nG0X30.Z5.\nG76X20.Z-20.K1.D0.4{method}F1.5\nM30");
+        let moves = run(&source, &Setup { dialect, ..lathe() }).moves;
+        let fed = moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| 11.0 - step.end[Axis::X]);
+        fed.map(|depth| (depth * 1e3).round()).collect::<Vec<_>>()
+    };
+    for dialect in [Dialect::Haas, Dialect::Fanuc] {
+        let by_area = [400.0, 566.0, 693.0, 800.0, 894.0, 980.0, 1000.0];
+        for (method, expected) in [("", &by_area[..]), ("P2", &by_area[..]), ("P3", &[400.0, 800.0, 1000.0][..])] {
+            assert_eq!(cuts(method, dialect), expected, "{method}");
+        }
+    }
+}
+
+#[test]
+fn fanucs_r_of_an_arc_takes_precedence() {
+    let source = "G0X10.Y0\nG17G2X0Y10.I-10.J0R10.F100.\nM30";
+    let MoveKind::Arc { centre, sweep, .. } = run(source, &fanuc()).moves[1].kind else { panic!("no arc") };
+    assert!((centre[0] - 10.0).hypot(centre[1] - 10.0) < 1e-9 && (sweep + FRAC_PI_2).abs() < 1e-9, "{centre:?}");
+    assert!(refused(source, &haas()).contains("no code of this block uses this word"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Programs for Grbl and other hobby controllers.
 
-use rs274::{Axis, Dialect, MoveKind, Program, Setup, interpret};
+use rs274::{Axis, Dialect, MoveKind, Plane, Program, Setup, interpret};
 use std::path::Path;
 
 fn run(source: &str, dialect: Dialect) -> Result<Program, String> {
@@ -18,6 +18,21 @@ fn lines_for_the_control_itself_are_skipped_with_a_note() {
     let notes: Vec<String> = program.notes.iter().map(ToString::to_string).collect();
     assert_eq!(notes, ["line 1: a line for the control itself (`$`, `?`, `!`, `~`) is skipped (and 3 times more)"]);
     assert!(run(source, Dialect::LinuxCnc).is_err());
+}
+
+#[test]
+fn behind_m2_and_m30_the_next_program_runs() {
+    // The second program has none of the first one's modes, but its units.
+    for end in ["M2", "M30"] {
+        let first = "G10 L2 P2 X100\nG55 G20 G91 G18 G93 F1 S500 M3\nG0 X1";
+        let source = format!("{first}\n{end}\n(next)\nX2 F10\nG2 X3 Y1 J1\n{end}");
+        let moves = run(&source, Dialect::Grbl).unwrap().moves;
+        let told: Vec<_> =
+            moves.iter().map(|m| ((m.end[Axis::X] / 25.4).round(), m.spindle_rpm, m.feed_mm_min)).collect();
+        assert_eq!(told, [(1.0, 500.0, None), (2.0, 0.0, Some(254.0)), (3.0, 0.0, Some(254.0))], "{end}");
+        assert!(matches!(moves[2].kind, MoveKind::Arc { plane: Plane::Xy, .. }));
+        assert_eq!(run(&source, Dialect::LinuxCnc).unwrap().moves.len(), 1);
+    }
 }
 
 #[test]

@@ -97,6 +97,38 @@ fn an_inside_corner_cuts_both_sides_short() {
 }
 
 #[test]
+fn fanucs_control_does_not_see_through_two_blocks_without_a_move() {
+    use crate::Dialect::{Fanuc, Haas, LinuxCnc};
+    let run = |between: &str, turn: &str, dialect| {
+        let source = format!("F100.\nG41D1G1X10.\nX20.\n{between}\n{turn}\nM30");
+        interpret(&source, Path::new("t.nc"), &Setup { dialect, ..setup() })
+    };
+    for (between, turn, dialect, expected) in [
+        ("M8", "Y20.", Fanuc, [15.0, 5.0]),
+        ("M8\nS500", "Y20.", Fanuc, [20.0, 5.0]),
+        ("N7\nZ0", "Y20.", Fanuc, [20.0, 5.0]),
+        ("M8\nS500", "Y20.", Haas, [15.0, 5.0]),
+        ("M8\nS500", "Y20.", LinuxCnc, [15.0, 5.0]),
+        // What the macro language does, and comments, are no blocks.
+        ("#1=1.\n\n(A)\nM98P2\nIF[#1EQ2.]GOTO1\nM8", "Y20.\nM30\nO2\n#2=1.\nM99", Fanuc, [15.0, 5.0]),
+        // Outside corners and such as are none need no sight.
+        ("M8\nS500", "X30.", Fanuc, [20.0, 5.0]),
+    ] {
+        let program = run(between, turn, dialect).unwrap_or_else(|error| panic!("{between}: {error}"));
+        let end = program.moves[1].end;
+        assert!((end[Axis::X] - expected[0]).hypot(end[Axis::Y] - expected[1]) < 1e-9, "{between} {dialect}: {end:?}");
+        let told = program.notes.iter().any(|note| note.text.contains("parameter 19625"));
+        assert_eq!(told, expected[0] == 20.0 && turn == "Y20.", "{between}");
+    }
+    // Straight from there to the end of the next.
+    let program = run("M8\nS500", "Y20.", Fanuc).unwrap();
+    let end = program.moves[2].end;
+    assert_eq!([end[Axis::X], end[Axis::Y]], [15.0, 20.0]);
+    let told = run("M8\nS500", "G3X0Y20.R20.", Fanuc).unwrap_err().to_string();
+    assert!(told.starts_with("t.nc:6:1: cutter compensation: an arc at an inside corner"), "{told}");
+}
+
+#[test]
 fn lines_meet_arcs_where_the_shifted_curves_do() {
     // The tool outside a circle of radius 8 about (28, 0) runs on radius 13, which is at height 5 12 to either side.
     let half = 2.0 * 5_f64.atan2(12.0);
