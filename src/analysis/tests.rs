@@ -423,7 +423,7 @@ fn means_over_a_recording_are_weighted_by_its_strata() {
         row.workload = RECORDED.to_owned();
         row.judged = Some(JUDGED[row.stratum as usize]);
     }
-    let is_far = |row: &&PoseRow| row.workload == RECORDED && row.stratum == Stratum::Far;
+    let is_far = |row: &&record::PoseRow| row.workload == RECORDED && row.stratum == Stratum::Far;
     let far: BTreeSet<(String, u32)> =
         run.poses.iter().filter(is_far).map(|row| (row.scene.clone(), row.chunk)).collect();
     let is_fast = |row: &&mut TimingRow| row.variant() == "aabb" && far.contains(&(row.scene.clone(), row.chunk));

@@ -75,7 +75,7 @@ impl Stated {
             "program" => self.program = (words.name()?, words.word()?.to_owned()),
             // A file beside the program: no path.
             "called" => {
-                drop(self.called.insert(words.name()?.replace(['/', '\\', ':'], "%"), words.word()?.to_owned()))
+                drop(self.called.insert(words.name()?.replace(['/', '\\', ':'], "%"), words.word()?.to_owned()));
             }
             "link" | "slide" | "turn" => {
                 let (name, parent, pose) = (words.name()?, self.link(&words.name()?)?, words.pose()?);
