@@ -151,7 +151,7 @@ impl Turning {
 }
 
 /// Places at the ends of a part's feeds.
-fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
+pub(super) fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
     let is_feed = move |at: &usize| path.step(*at as f64).kind.is_feed();
     let is_mounted = move |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
     (1..=path.samples().len()).filter(is_feed).filter(is_mounted)
