@@ -66,6 +66,24 @@ const ENGRAVER: (&str, &str) = (
     "shape = { kind = \"revolve\", profile_mm = [[0, 0], [0.038, 0.008], [0.071, 0.029], [0.092, 0.062], [0.0999, 0.1], [0.0999, 0.4], [2, 2.3], [2, 90], [0, 90]] }",
 );
 
+/// A sleeve on the lathe that W moves over the end of the bar, by the radius of its bore. It begins 40 mm in front of the bar.
+macro_rules! sleeve {
+    ($bore:literal) => {
+        (
+            "[[parts]]\nname = \"tailstock\"",
+            concat!(
+                "[[machine.links]]\nname = \"quill\"\njoint = { axis = \"W\", direction = [0, 0, 1] }\n",
+                "[[parts]]\nname = \"sleeve\"\nlink = \"quill\"\nrole = \"fixture\"\nat = { xyz_mm = [0, 0, 240] }\n",
+                "shape = { kind = \"revolve\", profile_mm = [[",
+                $bore,
+                ", 0], [40, 0], [40, 60], [0, 60], [0, 50], [",
+                $bore,
+                ", 50]] }\n[[parts]]\nname = \"tailstock\""
+            ),
+        )
+    };
+}
+
 const CRASHES: &[Crash] = &[
     Crash {
         machine: "mill",
@@ -417,6 +435,13 @@ const CRASHES: &[Crash] = &[
     },
     Crash {
         machine: "lathe",
+        fault: "sleeve over the turned end, its bore 1 mm too small",
+        change: Some(sleeve!(24)),
+        program: "M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
+        told: &[(7, COLLISION, "bar:sleeve")],
+    },
+    Crash {
+        machine: "lathe",
         fault: "insert between two jaws of the chuck as drawn, which turns",
         change: Some((
             "link = \"spindle\"\nrole = \"fixture\"",
@@ -624,6 +649,12 @@ const GOOD: &[Good] = &[
         "drill after a change at a safe place",
         "M3 S800 G0 X200 Z70\nT2 M6\nM3 S800 G43 H2 G0 Z50\nG0 X0\nG0 Z5\nG1 Z-60 F100\nG0 Z50\nG0 X200\nM2",
     ),
+    Good {
+        machine: "lathe",
+        work: "sleeve over the turned end",
+        change: Some(sleeve!(26)),
+        program: "M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
+    },
     good("press", "through hole and back", "M3 S800 G43 H1 G0 Z5\nG1 Z-24 F100\nG0 Z60\nM2"),
     good("press", "hole with a dwell at its bottom", "M3 S800 G43 H1 G0 Z30\nG98 G82 Z-10 R3 P0.3 F80\nG80\nM2"),
 ];
@@ -698,7 +729,7 @@ fn good_programs_cut() {
     for Good { machine, work, change, program } in GOOD {
         let uncut = changed(machine, *change).replace("role = \"workpiece\"", "role = \"fixture\"");
         let found = told(&load(machine, &uncut, program));
-        let cutters = ["end-mill", "drill", "cutter", "ball-nose", "insert", "shank"];
+        let cutters = ["end-mill", "drill", "cutter", "ball-nose", "insert", "shank", "sleeve"];
         assert!(
             found.iter().all(|(_, _, pair)| cutters.iter().any(|cutter| pair.ends_with(cutter))),
             "{work}: {found:?}"
