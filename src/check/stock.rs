@@ -7,7 +7,7 @@ use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
 use super::spun::Spun;
-use super::turning::{Turning, WorkAxis};
+use super::turning::{Turning, WorkAxis, feeds_of};
 use super::{CheckError, Cutting, Settings};
 use crate::geometry::{Mesh, Point};
 use crate::machine::Machine;
@@ -23,6 +23,10 @@ const BATCH: usize = 1024;
 pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 /// How many times as coarse the standard resolution is on a lathe where a half section is not enough: ten times as fast, which makes seconds of minutes.
 const COARSER_ON_LATHES: f64 = 5.0;
+/// Part of how deep the stock can be in a part from which on contact within the resolution is told; the resolution of thin cutters is that part of it.
+const THIN_PART: f64 = 0.5;
+/// How many times as fine as otherwise that resolution is at most.
+const MOST_FINER: f64 = 4.0;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
 
@@ -150,15 +154,12 @@ impl<'a> Workpiece<'a> {
             }
             let examined =
                 Examined { scene, path, axis: axis.as_ref(), spun, workpiece: part, pairs: &pairs, turned: &turned };
-            let flat = axis.as_ref().map(|axis| examined.flat(axis, resolution_mm));
-            let workpiece = match flat {
-                Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
-                Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
-                // A half section is not enough: a cutter turns as well, or the workpiece is not round.
-                Some(_) if cutting == Cutting::Standard && !is_solid => {
-                    examined.solid(COARSER_ON_LATHES * resolution_mm)
-                }
-                _ => examined.solid(resolution_mm),
+            let workpiece = match cutting {
+                Cutting::Standard => examined.cut(resolution_mm, is_solid, COARSER_ON_LATHES).and_then(|workpiece| {
+                    let finer_mm = workpiece.finer_mm();
+                    finer_mm.map_or(Ok(workpiece), |finer_mm| examined.cut(finer_mm, is_solid, 1.0))
+                }),
+                _ => examined.cut(resolution_mm, is_solid, 1.0),
             };
             match workpiece {
                 Ok(workpiece) => workpieces.push(workpiece),
@@ -167,6 +168,17 @@ impl<'a> Workpiece<'a> {
             }
         }
         Ok((workpieces, uncut))
+    }
+
+    /// The resolution at which a rapid back out of what a thin cutter has cut is clear, mm, where that is finer.
+    fn finer_mm(&self) -> Option<f64> {
+        let standard_mm = self.stock.resolution_mm();
+        let feeds = |other: &&Other| {
+            let part = other.pair.other(self.part);
+            other.role == Role::Cutter && feeds_of(self.scene, self.path, part).next().is_some()
+        };
+        let thin = self.others.iter().filter(feeds).filter_map(|other| other.thin_mm(standard_mm));
+        thin.reduce(f64::min).map(|deepest| (THIN_PART * deepest).max(standard_mm / MOST_FINER))
     }
 
     /// Cutters whose meshes are open.
@@ -243,6 +255,17 @@ struct Examined<'a, 'b> {
 }
 
 impl<'a> Examined<'a, '_> {
+    /// The workpiece as a half section where that is enough and no solid is wanted, else as an octree; on a lathe `coarser` times as coarse.
+    fn cut(&self, resolution_mm: f64, is_solid: bool, coarser: f64) -> Result<Workpiece<'a>, StockError> {
+        match self.axis.map(|axis| self.flat(axis, resolution_mm)) {
+            Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
+            Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
+            // A half section is not enough: a cutter turns as well, or the workpiece is not round.
+            Some(_) if !is_solid => self.solid(coarser * resolution_mm),
+            _ => self.solid(resolution_mm),
+        }
+    }
+
     /// The workpiece as an octree.
     fn solid(&self, resolution_mm: f64) -> Result<Workpiece<'a>, StockError> {
         let stock = Stock::new(&self.mesh(), resolution_mm)?;
@@ -604,7 +627,7 @@ impl<'a> Ledger<'a> {
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
             let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
-            if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > 0.5 * deepest) {
+            if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > THIN_PART * deepest) {
                 let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
                 self.contact(other, Kind::Unresolved, told, &all);
             } else if is_touch {

@@ -15,7 +15,7 @@ use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rs274::{Axis, Plane, Position};
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
 /// A round cutter is on the axis when the cosine of the angle between the two is at least this, and it is this near, mm.
@@ -37,6 +37,10 @@ pub(super) struct Turning {
     pub to_base: Chain,
     /// The section as the part is at first, and as it is turned, and away from the plane, later.
     sections: RefCell<Vec<Section>>,
+    /// The part's frame at first, in that of the axis.
+    at_first: Isometry,
+    /// The body of revolution that the part is about the axis, where the axis passes through its box.
+    around: OnceCell<Option<Body>>,
 }
 
 /// A part's section, and the distance of the part's frame from its plane, mm.
@@ -81,7 +85,8 @@ impl Turning {
         let first = Section { tool: TurningTool::new(mesh, at_first.rotation, beside_mm, cuts), beside_mm };
         let axis_from_stock = if is_flat { Isometry::identity() } else { axis.axis_from_stock };
         let spindle = Spindle { axis_from_stock, is_flat };
-        Self { mesh: Arc::clone(mesh), spindle, cuts, to_base, sections: RefCell::new(vec![first]) }
+        let (mesh, sections, around) = (Arc::clone(mesh), RefCell::new(vec![first]), OnceCell::new());
+        Self { mesh, spindle, cuts, to_base, sections, at_first, around }
     }
 
     /// Whether part number `part`, a cutter, turns itself and not the workpiece.
@@ -108,7 +113,26 @@ impl Turning {
 
     /// All that the part may pass on a piece of its way in [`Self::to_base`], however it is turned.
     pub fn sweep(&self, piece: &Piece, chord_mm: f64) -> Sweep {
-        self.sweep_of_section(piece, chord_mm).unwrap_or_else(|| self.sweep_as(piece, chord_mm, TurningTool::clone))
+        let known = self.sweep_around(piece, chord_mm).or_else(|| self.sweep_of_section(piece, chord_mm));
+        known.unwrap_or_else(|| self.sweep_as(piece, chord_mm, TurningTool::clone))
+    }
+
+    /// What a part around the axis passes while it moves along that axis: the hull of its section would close its bore. `None` of cutters and of all other ways.
+    fn sweep_around(&self, piece: &Piece, chord_mm: f64) -> Option<Sweep> {
+        let is_along = |pose: &Isometry| {
+            let off = (pose.translation.vector - self.at_first.translation.vector).xy().norm();
+            off <= SAME_MM && pose.rotation.angle_to(&self.at_first.rotation) < 1e-9
+        };
+        let ends = [piece.first, piece.last];
+        if self.cuts || piece.turn > 0.0 || !ends.iter().all(is_along) {
+            return None;
+        }
+        let of_axis =
+            || is_around(&self.mesh, &self.at_first).then(|| Body::turning_about(&self.mesh, self.at_first, 0.0));
+        let body = self.around.get_or_init(of_axis).as_ref()?;
+        let stock_from_axis = self.spindle.axis_from_stock.inverse();
+        let [first, last] = ends.map(|pose| stock_from_axis * pose);
+        Some(body.sweep([&first, &last], chord_mm + 2.0 * SAME_MM))
     }
 
     /// What the part takes away on the piece: nothing for sure while it turns, or goes across the plane of its section.
@@ -150,8 +174,14 @@ impl Turning {
     }
 }
 
+/// Whether the axis passes through the box of a mesh in the axis's frame.
+fn is_around(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
+    let places = || mesh.vertices().iter().map(|vertex| axis_from_part * vertex);
+    (0..2).all(|k| places().any(|place| place[k] < 0.0) && places().any(|place| place[k] > 0.0))
+}
+
 /// Places at the ends of a part's feeds.
-fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
+pub(super) fn feeds_of(scene: &Scene, path: &Path<'_>, part: usize) -> impl Iterator<Item = usize> {
     let is_feed = move |at: &usize| path.step(*at as f64).kind.is_feed();
     let is_mounted = move |at: &usize| scene.parts[part].tool.is_none_or(|tool| tool == path.tool(*at));
     (1..=path.samples().len()).filter(is_feed).filter(is_mounted)

@@ -320,10 +320,11 @@ impl TileRun<'_> {
         let mut open: Vec<Meeting<'_>> = Vec::new();
         for (part, sweep, rest) in &examined {
             let (part, rest) = (*part, *rest);
-            let depth = self.depth(sweep);
-            if depth.high > self.resolution_mm {
+            let high = self.at_most(sweep);
+            if high > self.resolution_mm {
                 open.push(Meeting { part, sweep, rest, depth: Depth::default(), from: None });
-            } else if depth.high > TOUCH_MM {
+            } else if high > TOUCH_MM {
+                let depth = Depth { low: 0.0, high };
                 self.found.push(Contact { step: index, part, from: 0.0, to: 0.0, depth });
             }
         }
@@ -362,9 +363,9 @@ impl TileRun<'_> {
         let tolerance_mm = self.tolerance_mm;
         let is_short = |way_mm: f64| (to - from) * way_mm <= tolerance_mm || to - from <= FINEST;
         for meeting in open.iter_mut().filter(|meeting| meeting.from.is_none()) {
-            let depth = self.depth(&meeting.sweep.part(from, to));
-            if depth.high <= self.resolution_mm {
-                meeting.depth.high = meeting.depth.high.max(depth.high);
+            let high = self.at_most(&meeting.sweep.part(from, to));
+            if high <= self.resolution_mm {
+                meeting.depth.high = meeting.depth.high.max(high);
                 continue;
             }
             is_open = true;
@@ -414,9 +415,10 @@ impl TileRun<'_> {
         self.tile.contact(&search)
     }
 
-    fn is_deep(&mut self, sweep: &Sweep) -> bool {
+    /// How deep a part comes at most, mm, where that is within the resolution; where it may be deeper, some depth beyond it.
+    fn at_most(&mut self, sweep: &Sweep) -> f64 {
         let search = Search { sweep, within_mm: self.resolution_mm, only_whether: true, uncut: self.uncut };
-        self.tile.contact(&search).high > self.resolution_mm
+        self.tile.contact(&search).high
     }
 
     /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
@@ -426,13 +428,13 @@ impl TileRun<'_> {
         // It is deep somewhere before `to`, and nowhere before `from`.
         while to - from > step {
             let middle = f64::midpoint(from, to);
-            if self.is_deep(&sweep.part(from, middle)) { to = middle } else { from = middle }
+            if self.at_most(&sweep.part(from, middle)) > self.resolution_mm { to = middle } else { from = middle }
         }
         let first = from;
         let (mut from, mut to) = (first, 1.0);
         while to - from > step {
             let middle = f64::midpoint(from, to);
-            if self.is_deep(&sweep.part(middle, to)) { from = middle } else { to = middle }
+            if self.at_most(&sweep.part(middle, to)) > self.resolution_mm { from = middle } else { to = middle }
         }
         [first, to]
     }

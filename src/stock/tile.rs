@@ -63,12 +63,13 @@ impl Search<'_> {
 const MOST_TRACED: usize = 512;
 /// Part of a depth to which its bounds need not be nearer to one another.
 const CLOSE_PART: f64 = 0.05;
-/// Questions, cells and distances from the mesh, that one of depth in a mesh asks before a certain depth of half the greatest one is enough: faces that are as deep
-/// everywhere have no deepest cell, and each cell costs a search of the mesh.
-const LONG: u64 = 10_000;
-/// Questions before what is not decided counts as contact.
+/// Questions after which a depth that is certain is bounded no more closely: faces that are as deep everywhere have no deepest cell.
+const LONG: u64 = 4_000;
+/// How many times the least depth is the greatest before bounds are closer. Where even that takes n times as many questions, they are n times as far apart.
+const APART: f64 = 2.0;
+/// Questions before what is not decided counts as contact, where it is known that it may be, or a question is costly: of a mesh that does not turn.
 const TOO_LONG: u64 = 100_000;
-/// Questions of a tile that all such questions ask before `LONG` and `TOO_LONG` are [`SHORT`].
+/// Questions of a tile that all such questions ask before `TOO_LONG` is [`SHORT`].
 const PATIENCE: u64 = 200_000;
 const SHORT: u64 = 2_000;
 
@@ -103,8 +104,10 @@ pub(super) struct Tile {
     questions: u64,
     /// What that was when the present question of depth began.
     begun: u64,
-    /// Questions that it may ask until half the depth is enough, and at most.
-    limits: [u64; 2],
+    /// Questions that it may ask at most.
+    most: u64,
+    /// How many times the least depth is the greatest that is close enough for now; 1 where it must be close.
+    apart: f64,
     /// Questions that depths in meshes that do not turn took.
     of_meshes: u64,
 }
@@ -171,7 +174,8 @@ impl Tile {
             sweeps: Vec::new(),
             questions: 0,
             begun: 0,
-            limits: [u64::MAX; 2],
+            most: u64::MAX,
+            apart: 1.0,
             of_meshes: 0,
         };
         let cube = tile.cube();
@@ -368,38 +372,68 @@ impl Tile {
     pub fn contact(&mut self, search: &Search<'_>) -> Depth {
         let (mut depth, cube) = (Depth::default(), self.cube());
         self.begun = self.questions;
-        self.limits = match search.sweep.is_of_mesh() {
-            true if self.of_meshes > PATIENCE => [SHORT; 2],
-            true => [LONG, TOO_LONG],
-            false => [u64::MAX; 2],
+        let is_of_mesh = search.sweep.is_of_mesh();
+        self.most = match search.only_whether {
+            _ if is_of_mesh && self.of_meshes > PATIENCE => SHORT,
+            true if !is_of_mesh => u64::MAX,
+            _ => TOO_LONG,
         };
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half, &mut self.questions);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
             let is_vague = search.sweep.is_vague();
             let search = Search { only_whether: search.only_whether || is_vague, ..*search };
-            self.root = self.contact_cell(self.root, &cube, found, &search, &mut depth);
+            depth = self.bounded(&cube, found, &search);
             if is_vague && depth.high > search.within_mm {
                 depth.high = -found.deep;
             }
             // Where pieces of a body overlap, what is known of all of it may be deeper than any one of them says.
             depth.high = depth.high.max(depth.low);
         }
-        if search.sweep.is_of_mesh() {
+        if is_of_mesh {
             self.of_meshes += self.questions - self.begun;
         }
         depth
     }
 
+    /// Bounds of the depth, closer each time until they are close, or that takes long.
+    fn bounded(&mut self, cube: &Cube, found: Least, search: &Search<'_>) -> Depth {
+        let mut depth = Depth { low: 0.0, high: f64::INFINITY };
+        self.apart = APART;
+        loop {
+            let mut closer = Depth { high: 0.0, ..depth };
+            self.root = self.contact_cell(self.root, cube, found, search, &mut closer);
+            depth.low = closer.low;
+            if self.is_late() {
+                return depth;
+            }
+            depth.high = depth.high.min(closer.high);
+            if search.only_whether || depth.low == 0.0 || self.apart == 1.0 || self.asked() > LONG {
+                return depth;
+            }
+            let apart = f64::midpoint(self.apart, 1.0);
+            self.apart = if apart > 1.0 + CLOSE_PART { apart } else { 1.0 };
+        }
+    }
+
+    /// Questions that the present one has asked so far.
+    const fn asked(&self) -> u64 {
+        self.questions - self.begun
+    }
+
+    /// Whether closer bounds than are known take too long.
+    const fn is_late(&self) -> bool {
+        self.apart < APART && self.asked() > LONG
+    }
+
     fn contact_cell(&mut self, cell: Cell, cube: &Cube, found: Least, search: &Search<'_>, depth: &mut Depth) -> Cell {
         let Least { low, high, deep } = found;
         let (mut at_most, within) = (-deep, search.within_mm);
-        let asked = self.questions - self.begun;
         let close = within + search.sweep.slack_mm();
         let is_nothing_new = |at_most: f64, depth: &Depth| {
             at_most <= 0.0 || (at_most <= depth.high && (at_most <= within || at_most <= depth.low + close))
         };
-        if search.is_answered(depth) || is_nothing_new(at_most, depth) {
+        if self.is_late() || search.is_answered(depth) || is_nothing_new(at_most, depth) {
             return cell;
         }
         if cell & UNDIVIDED != 0 && at_most > within {
@@ -408,8 +442,9 @@ impl Tile {
                 return cell;
             }
         }
-        let [long, too_long] = self.limits;
-        let is_enough = asked > long && at_most <= 2.0 * depth.low || asked > too_long;
+        let is_known = !search.only_whether && depth.low > 0.0 && self.apart > 1.0;
+        let apart = self.apart * (self.asked() as f64 / LONG as f64).max(1.0);
+        let is_enough = is_known && at_most <= apart * depth.low.max(within) || self.asked() > self.most;
         if at_most <= within || cell == MIXED || is_enough {
             depth.high = depth.high.max(at_most);
             return cell;
