@@ -157,6 +157,14 @@ def test_small_scales_and_shears_are_done_to_the_mesh():
             pose[axis, 3] = before.bounds[1][axis] + 25 + gap * 5e-3 * k
             assert one.in_collision_single(wall, pose) is other.in_collision_single(wall, pose) is hit
             assert one.min_distance_single(wall, pose) == pytest.approx(other.min_distance_single(wall, pose), abs=1e-9)
+    # Of two that are taken as rigid, one may be seen from the other.
+    box, scales = trimesh.creation.box(), [np.diag([s, s, s, 1.0]) for s in (1 + 4.9e-7, 1 - 4.9e-7)]
+    for first, second in itertools.product(scales, scales):
+        manager = obbtree.CollisionManager()
+        manager.add_object("box", box, first)
+        assert manager.min_distance_single(box, at(0.9) @ second) == pytest.approx(-0.1, abs=2e-6)
+        manager.set_transform("box", second)
+        assert manager.in_collision_single(trimesh.creation.torus(0.2, 0.1), first)
     # What single precision leaves of a rotation makes no tree.
     manager, random = obbtree.CollisionManager(), np.random.default_rng(4)
     bar_object = manager.add_object("bar", bar)

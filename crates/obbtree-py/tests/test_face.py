@@ -166,6 +166,8 @@ def test_bad_values_raise():
     for pose, message in [
         (np.eye(3), r"\(4, 4\)"),
         (np.eye(4) * 2, "not a rotation"),
+        (np.diag([1.00001, 1.00001, 1.00001, 1]), "not a rotation"),
+        (np.eye(4) + np.eye(4, k=1) * [0, 5e-5, 0, 0], "not a rotation"),
         (np.full((4, 4), np.nan), "not finite"),
         (at(1e308), "too far"),
     ]:

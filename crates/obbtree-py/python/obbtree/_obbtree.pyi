@@ -60,7 +60,10 @@ class Contacts:
 
 @final
 class Collider:
-    """A mesh with the tree that queries need. A mesh wholly inside another does not touch it."""
+    """A mesh with the tree that queries need. A mesh wholly inside another does not touch it.
+
+    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's. Raises ValueError when its rotation R has max|RᵀR - I| above 1e-6.
+    """
 
     def __new__(cls, mesh: Mesh | _HasMesh) -> Self: ...
     @property
@@ -95,7 +98,8 @@ class Path:
 class Manager:
     """Named colliders with poses in one world, and the pairs of them that are not asked about.
 
-    A pose takes coordinates of the object to those of the world. Names that are not there raise KeyError.
+    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError.
+    A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
     """
 
     def __new__(cls) -> Self: ...
