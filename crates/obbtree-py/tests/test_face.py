@@ -326,6 +326,31 @@ def test_a_forked_child_builds_and_asks():
         each()
         assert ends_in_a_child(each)
 
-    for work in (build, each, coarser, in_threads, again):
+    def changes():
+        each()
+        manager.set_pose("b", at(9))
+        assert not manager.collides() and manager.nearest()[1].distance > 6
+        manager.remove("b")
+        assert path.distance(at()).distance == pytest.approx(inner.distance(outer).distance, rel=1e-12)
+
+    inner, outer = obbtree.Collider(sphere(1, 40)), obbtree.Collider(sphere(2, 40))
+    path, done = obbtree.Path(inner, outer), threading.Event()
+    rows = np.tile(np.array([np.eye(4), at(2.5)])[:, None], (20000, 1, 1, 1))
+    asks = (lambda: manager.collides_each(["b"], rows), lambda: path.distance(at()))
+
+    def asked(ask):
+        while not done.is_set():
+            ask()
+
+    for work in (build, each, coarser, in_threads, again, changes):
         assert ends_in_a_child(work), work.__name__
+    threads = [threading.Thread(target=asked, args=(ask,)) for ask in asks]
+    [thread.start() for thread in threads]
+    try:
+        for _ in range(10):
+            time.sleep(0.02)
+            assert ends_in_a_child(changes)
+    finally:
+        done.set()
+        [thread.join() for thread in threads]
     each()

@@ -88,7 +88,7 @@ class Collider:
 
 @final
 class Path:
-    """Two colliders along a path: the same answers, sooner where a pose is near the one before."""
+    """Two colliders along a path: the same answers, sooner where a pose is near the one before. Threads that ask at the same time do not wait for each other."""
 
     def __new__(cls, a: Collider, b: Collider) -> Self: ...
     def collides(self, pose: ArrayLike) -> bool: ...
