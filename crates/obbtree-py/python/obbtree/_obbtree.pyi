@@ -151,7 +151,7 @@ class Penetration:
 
 @final
 class Convex:
-    """A closed convex mesh in one part as a solid. Faces may wind either way round, and have no area.
+    """A closed convex mesh in one part as a solid: the convex hull of its corners, within 2**-25 of its size. Faces may wind either way round, and have no area.
 
     Raises ValueError when the mesh is open, in several parts, flat within 2**-22 of its size, or has a corner above a face by more than 1e-5 of it. Meant for
     solids of up to some thousand faces: it is made in time in proportion to faces times corners.
