@@ -2,6 +2,7 @@
 
 import itertools
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -139,6 +140,33 @@ def test_later_changes_of_a_mesh_do_not_count():
             manager.set_transform("box", transform)
             # A solid that holds the probe, where it was.
             assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
+
+
+def test_threads_may_share_a_manager():
+    manager, errors = obbtree.CollisionManager(), []
+    manager.add_object("box", trimesh.creation.box())
+
+    class Triangle:
+        faces, is_convex = np.array([[0, 1, 2]]), False
+
+        def __init__(self, x):
+            self.vertices = np.array([[x, 0, 5.0], [1, 0, 5], [0, 1, 5]])
+
+    def ask(first):
+        try:
+            assert not any(manager.in_collision_single(Triangle(first + i)) for i in range(400))
+        except BaseException as error:
+            errors.append(error)
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=ask, args=(1000.0 * i,)) for i in range(8)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+    finally:
+        sys.setswitchinterval(interval)
+    assert not errors and len(manager._kept) <= 64 + len(threads)
 
 
 def test_small_scales_and_shears_are_done_to_the_mesh():

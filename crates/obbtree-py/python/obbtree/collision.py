@@ -189,8 +189,9 @@ class CollisionManager:
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
         parts = (vertices, faces) if linear is None else (vertices, faces, linear)
         key = hashlib.blake2b(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
-        if key in self._kept:
-            return self._kept[key]
+        kept = self._kept.get(key)
+        if kept is not None:
+            return kept
         if linear is not None:
             vertices = vertices @ linear.T
             # A mirrored face turns the other way round.
@@ -202,8 +203,9 @@ class CollisionManager:
                 convex = Convex(shape)
             except ValueError:
                 pass  # Not closed or not quite convex: a surface.
-        if len(self._kept) >= KEPT:
-            del self._kept[next(iter(self._kept))]
+        # Other threads may do the same: each step is one call into the dictionary, and no lock is left in a forked child.
+        for oldest in list(self._kept)[: 1 - KEPT]:
+            self._kept.pop(oldest, None)
         return self._kept.setdefault(key, (Collider(shape), convex, is_convex))
 
     def _of_one(self, mesh: Any, transform: ArrayLike | None) -> CollisionManager:
