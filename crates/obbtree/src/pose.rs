@@ -18,9 +18,9 @@ pub enum PoseError {
     NoRotation,
     /// The matrix scales, shears or mirrors, or its last row is not (0, 0, 0, 1).
     NotRigid,
-    /// The translation between the meshes is too large for a distance.
+    /// The translation between two meshes, or of an object of a manager, is too large for a distance.
     TooFar {
-        /// Largest translation along an axis that these meshes allow, in their unit.
+        /// Largest translation along an axis, in the unit of the meshes.
         limit: f64,
     },
 }
@@ -34,7 +34,7 @@ impl fmt::Display for PoseError {
                 "the matrix is not a rotation and a translation: it scales, shears or mirrors, or its last row is not 0 0 0 1",
             ),
             Self::TooFar { limit } => {
-                write!(f, "the meshes are farther apart than {limit:?} on one axis: too far for a distance")
+                write!(f, "the translation is above {limit:?} on one axis: too far for a distance")
             }
         }
     }
