@@ -4,29 +4,36 @@
 //! cross (D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013). Of equal depths the first counts: faces of the first solid,
 //! then of the second, then pairs of edges, each in the order of the mesh.
 //!
-//! A solid is closed, in one part, has an extent along the normal of each face, and no corner above one. Faces without area, and those that rounding to
-//! single precision may have tilted at will, have no normal: they are slivers, and what meets at an edge is the faces beyond them.
+//! A solid is the convex hull of the corners of its mesh, which is closed, in one part, has an extent along the normal of each face, and no corner far above
+//! one: a dent that rounding to single precision makes does not count. Faces without area, and those that rounding may have tilted at will, have no normal.
 
 use crate::convert::{coordinates, pose, value_error};
 use crate::pair::{Collider, mesh_of};
+use obbtree::engine::geometry::exact;
+use obbtree::engine::{Point, Triangle};
 use obbtree::nalgebra::{Isometry3, Point3, Vector3};
 use pyo3::prelude::*;
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How far a corner may lie above a face, relative to the size of the mesh.
 const FLAT: f64 = 1e-5;
 /// What rounding to single precision may do to a coordinate, relative to the size of the mesh: 2⁻²², four units of rounding. No face that is lower has a
 /// normal, and no mesh that is thinner is a solid.
 const SINGLE: f64 = 1.0 / 4_194_304.0;
+/// Height, relative to the size of the mesh, up to which a face of the hull has no normal, and a corner above a face counts as on it: 2⁻²⁷. Rounding
+/// tilts a higher one by 2⁻²⁵ at most, so that a solid is larger than its hull by no more than that part of its size.
+const LOW: f64 = 1.0 / 134_217_728.0;
 /// Squared sine of an angle between faces or edges below which they count as parallel.
-const PARALLEL: f64 = 1e-12;
+const PARALLEL: f64 = 1e-20;
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct Plane {
-    /// The highest corner of the solid along the normal, one of the face's own where these are the highest.
+    /// The highest corner of the solid along the normal.
     point: Point3<f64>,
     /// Outward, of length 1.
     normal: Vector3<f64>,
+    /// The face of the mesh that has the most of its corners.
     face: u32,
 }
 
@@ -48,27 +55,18 @@ struct Edge {
     face: u32,
 }
 
-/// The corners, faces and edges of a convex mesh.
+/// The corners of a convex mesh, and the faces and edges of their convex hull: those of the mesh, where these are.
 #[derive(Clone)]
 struct Solid {
-    /// With a face that has it.
-    corners: Vec<(Point3<f64>, u32)>,
+    corners: Corners,
     planes: Vec<Plane>,
     edges: Vec<Edge>,
-}
-
-/// A face as part of a solid.
-#[derive(Clone, Copy)]
-enum Facet {
-    Plane(Plane),
-    /// Of no normal; with its longest side.
-    Sliver(usize),
 }
 
 impl Solid {
     /// The solid, or why the mesh is none. Takes time in proportion to faces times corners.
     fn new(mesh: &obbtree::Mesh) -> Result<Self, String> {
-        let across = neighbours(mesh)?;
+        let across = neighbours(mesh.faces())?;
         if !is_connected(&across) {
             return Err("the mesh is in several parts".to_owned());
         }
@@ -78,18 +76,25 @@ impl Solid {
                 corners.entry(vertex).or_insert((point, face));
             }
         }
-        let corners: Vec<(Point3<f64>, u32)> = corners.into_values().collect();
+        let (vertices, corners): (Vec<u32>, Corners) = corners.into_iter().unzip();
         let [low, high] = mesh.bounds();
         let size = (high - low).amax();
-        let facet = |face| facet(mesh, face, &corners, size);
-        let facets = (0..mesh.faces().len() as u32).map(facet).collect::<Result<Vec<Facet>, String>>()?;
-        let plane = |facet: &Facet| if let Facet::Plane(plane) = facet { Some(*plane) } else { None };
-        let planes: Vec<Plane> = facets.iter().filter_map(plane).collect();
-        if planes.is_empty() {
-            return Err("no face of the mesh has an area".to_owned());
+        let facets = (0..mesh.faces().len() as u32).map(|face| facet(mesh, face, (&vertices, &corners), size));
+        let facets = facets.collect::<Result<Vec<Option<Facet>>, String>>()?;
+        let first = facets.iter().flatten().next().ok_or("no face of the mesh has an area")?.simplex;
+        let is_hull = facets.iter().all(|facet| facet.as_ref().is_some_and(|facet| facet.is_of_hull));
+        let mut faces: Vec<(u32, [u32; 3])> = (0..).zip(mesh.faces().iter().copied()).collect();
+        if !(is_hull && winds_one_way(mesh.faces())) {
+            let incident = incident(mesh);
+            let hull = hull(mesh, &vertices, first).into_iter();
+            faces = hull.map(|face| (nearest_face(mesh, &incident, &face), face)).collect();
+            // Of equal depths the first counts.
+            faces.sort_unstable();
         }
-        let edges = edges(mesh, &across, &facets)?;
-        Ok(Self { corners, planes, edges })
+        let planes: Vec<Option<Plane>> = faces.iter().map(|&face| plane(mesh, face, &corners, size)).collect();
+        let faces: Vec<[u32; 3]> = faces.into_iter().map(|(_, face)| face).collect();
+        let edges = edges(mesh, &faces, &planes)?;
+        Ok(Self { corners, planes: planes.into_iter().flatten().collect(), edges })
     }
 
     fn moved(&self, pose: &Isometry3<f64>) -> Self {
@@ -128,12 +133,12 @@ fn side(corners: &[u32; 3], k: usize) -> (u32, u32) {
 }
 
 /// The face across each side of each face.
-fn neighbours(mesh: &obbtree::Mesh) -> Result<Vec<[usize; 3]>, String> {
+fn neighbours(all: &[[u32; 3]]) -> Result<Vec<[usize; 3]>, String> {
     let mut sides: BTreeMap<(u32, u32), Vec<(usize, usize)>> = BTreeMap::new();
-    for (face, corners) in mesh.faces().iter().enumerate() {
+    for (face, corners) in all.iter().enumerate() {
         (0..3).for_each(|k| sides.entry(side(corners, k)).or_default().push((face, k)));
     }
-    let mut across = vec![[0; 3]; mesh.faces().len()];
+    let mut across = vec![[0; 3]; all.len()];
     for ((from, to), faces) in sides {
         let [(f, i), (g, j)] = faces[..] else {
             return Err(format!("the mesh is not closed at the edge of vertices {from} and {to}"));
@@ -158,80 +163,153 @@ fn unit(vector: &Vector3<f64>) -> Option<Vector3<f64>> {
     if largest > 0.0 { (vector / largest).try_normalize(0.0) } else { None }
 }
 
-/// A face of a mesh of some size, or why the mesh is no solid. Faces may wind either way round: no corner is above them.
-fn facet(mesh: &obbtree::Mesh, face: u32, corners: &[(Point3<f64>, u32)], size: f64) -> Result<Facet, String> {
+/// Corners of a mesh, each with a face that has it.
+type Corners = Vec<(Point3<f64>, u32)>;
+
+/// A face of a mesh that has a normal.
+struct Facet {
+    /// Its vertices, and the corner that is farthest from its plane.
+    simplex: [u32; 4],
+    /// It winds as seen from outside, and no corner is above it by more than rounding.
+    is_of_hull: bool,
+}
+
+/// A face of a mesh of some size, or why the mesh is no solid; `None` where it has no normal. Faces may wind either way round: no corner is above them.
+fn facet(
+    mesh: &obbtree::Mesh,
+    face: u32,
+    (vertices, corners): (&[u32], &[(Point3<f64>, u32)]),
+    size: f64,
+) -> Result<Option<Facet>, String> {
     let [p, q, r] = mesh.triangle(face);
     let sides = [q - p, r - q, p - r];
     let largest = sides.iter().map(Vector3::amax).fold(0.0, f64::max);
     if largest == 0.0 {
-        return Ok(Facet::Sliver(0));
+        return Ok(None);
     }
     // Of lengths about 1, whose squares are numbers.
     let scaled = sides.map(|side| side / largest);
-    let lengths = scaled.map(|side| side.norm());
-    let longest = (1..3).fold(0, |longest, k| if lengths[k] > lengths[longest] { k } else { longest });
+    let longest = scaled.iter().map(Vector3::norm).fold(0.0, f64::max);
     let double_area = scaled[0].cross(&scaled[1]);
-    let height = double_area.norm() / lengths[longest] * largest;
-    let Some(normal) = unit(&double_area).filter(|_| height > SINGLE * size) else {
-        return Ok(Facet::Sliver(longest));
-    };
-    let (mut lowest, mut highest) = ((0.0, p), (0.0, p));
-    for (corner, _) in corners {
+    let height = double_area.norm() / longest * largest;
+    let Some(normal) = unit(&double_area).filter(|_| height > SINGLE * size) else { return Ok(None) };
+    let [a, b, c] = mesh.faces()[face as usize];
+    let (mut lowest, mut highest) = ((0.0, a), (0.0, a));
+    for (&vertex, (corner, _)) in vertices.iter().zip(corners) {
         let height = normal.dot(&(corner - p));
         if height > highest.0 {
-            highest = (height, *corner);
+            highest = (height, vertex);
         } else if height < lowest.0 {
-            lowest = (height, *corner);
+            lowest = (height, vertex);
         }
     }
     if highest.0 - lowest.0 <= SINGLE * size {
         return Err("the mesh is flat".to_owned());
     }
-    let (above, point, normal) =
-        if highest.0 <= -lowest.0 { (highest.0, highest.1, normal) } else { (-lowest.0, lowest.1, -normal) };
+    let is_outward = highest.0 <= -lowest.0;
+    let (above, tip) = if is_outward { (highest.0, lowest.1) } else { (-lowest.0, highest.1) };
     // A low face is tilted by rounding, which lifts corners far away.
     if above > size * FLAT.max(SINGLE * (size / height)) {
         return Err(format!("the mesh is not convex: a corner lies above face {face}"));
     }
-    Ok(Facet::Plane(Plane { point, normal, face }))
+    Ok(Some(Facet { simplex: [a, b, c, tip], is_of_hull: is_outward && above <= LOW * size }))
 }
 
-/// The edges between faces that are not parallel.
-fn edges(mesh: &obbtree::Mesh, across: &[[usize; 3]], facets: &[Facet]) -> Result<Vec<Edge>, String> {
-    // Slivers are crossed over their longest sides, which are no edges then: their other sides are.
-    let beyond = |mut face: usize| {
-        for _ in 0..facets.len() {
-            match facets[face] {
-                Facet::Plane(plane) => return Some(plane),
-                Facet::Sliver(longest) => face = across[face][longest],
-            }
-        }
-        None
-    };
-    let is_crossed = |face: usize, of: (u32, u32)| match facets[face] {
-        Facet::Plane(_) => false,
-        Facet::Sliver(longest) => side(&mesh.faces()[face], longest) == of,
-    };
-    let mut edges = Vec::new();
-    for (f, corners) in mesh.faces().iter().enumerate() {
-        for (k, &g) in across[f].iter().enumerate() {
-            let of = side(corners, k);
-            if f > g || is_crossed(f, of) || is_crossed(g, of) {
-                continue;
-            }
-            let [from, to] = [of.0, of.1].map(|vertex| mesh.vertices()[vertex as usize]);
-            let Some(along) = unit(&(to - from)) else { continue };
-            let (Some(f), Some(g)) = (beyond(f), beyond(g)) else {
-                let (from, to) = of;
-                return Err(format!("no face with an area is beside the edge of vertices {from} and {to}"));
-            };
-            let turn = g.normal.cross(&f.normal);
-            if turn.norm_squared() > PARALLEL {
-                edges.push(Edge { from, along, normals: [f.normal, g.normal], turn, face: f.face });
-            }
+/// Whether each side of a face goes the other way in the next. Closed, and on the hull with every face winding as seen from outside, such faces leave no part of
+/// it out.
+fn winds_one_way(faces: &[[u32; 3]]) -> bool {
+    let sides = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    sides.collect::<BTreeSet<[u32; 2]>>().len() == 3 * faces.len()
+}
+
+/// The faces of the convex hull of vertices, counter-clockwise as seen from outside: each vertex that is outside takes the place of the faces that it sees
+/// (M. Kallay, 1981). Exact; no three corners of a face are in a line, and faces may lie in one plane.
+fn hull(mesh: &obbtree::Mesh, vertices: &[u32], [a, b, c, d]: [u32; 4]) -> Vec<[u32; 3]> {
+    // Products of coordinates about 1 are numbers; a power of two rounds nothing.
+    let largest = mesh.bounds().iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
+    let scale = 2.0_f64.powi(-(largest.log2() as i32));
+    let points: Vec<Point> = mesh.vertices().iter().map(|p| p * scale).collect();
+    let point = |vertex: u32| points[vertex as usize];
+    let sees = |vertex: u32, face: &[u32; 3]| exact::side(&Triangle { corners: face.map(point) }, &point(vertex)) < 0;
+    let mut faces = vec![[a, b, c], [a, d, b], [b, d, c], [c, d, a]];
+    if sees(d, &faces[0]) {
+        faces.iter_mut().for_each(|face| face.swap(0, 1));
+    }
+    for &vertex in vertices {
+        let (seen, kept): (Vec<_>, Vec<_>) = faces.into_iter().partition(|face| sees(vertex, face));
+        let sides: BTreeSet<[u32; 2]> = seen.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+        let horizon = sides.iter().filter(|[from, to]| !sides.contains(&[*to, *from]));
+        faces = kept;
+        faces.extend(horizon.map(|&[from, to]| [from, to, vertex]));
+    }
+    faces
+}
+
+/// The faces that have each vertex.
+fn incident(mesh: &obbtree::Mesh) -> Vec<Vec<u32>> {
+    let mut incident = vec![Vec::new(); mesh.vertices().len()];
+    for (number, face) in (0..).zip(mesh.faces()) {
+        face.iter().for_each(|&vertex| incident[vertex as usize].push(number));
+    }
+    incident
+}
+
+/// The first of the faces of a mesh that have the most vertices of a face of its hull.
+fn nearest_face(mesh: &obbtree::Mesh, incident: &[Vec<u32>], face: &[u32; 3]) -> u32 {
+    let shared = |of: u32| mesh.faces()[of as usize].iter().filter(|vertex| face.contains(vertex)).count();
+    let beside = face.iter().flat_map(|&vertex| incident[vertex as usize].iter().copied());
+    beside.max_by_key(|&number| (shared(number), Reverse(number))).unwrap_or(0)
+}
+
+/// The plane of a face of the hull of a mesh of some size, if it has a normal.
+fn plane(
+    mesh: &obbtree::Mesh,
+    (number, face): (u32, [u32; 3]),
+    corners: &[(Point3<f64>, u32)],
+    size: f64,
+) -> Option<Plane> {
+    let [p, q, r] = face.map(|vertex| mesh.vertices()[vertex as usize]);
+    // Of lengths about 1, whose squares are numbers.
+    let [along, across, third] = [q - p, r - p, r - q].map(|side| side / size);
+    let double_area = along.cross(&across);
+    let longest = along.norm().max(across.norm()).max(third.norm());
+    let normal = unit(&double_area).filter(|_| double_area.norm() > LOW * longest)?;
+    let mut highest = (0.0, p);
+    for (corner, _) in corners {
+        let height = normal.dot(&(corner - p));
+        if height > highest.0 {
+            highest = (height, *corner);
         }
     }
-    Ok(edges)
+    Some(Plane { point: highest.1, normal, face: number })
+}
+
+/// The edges between the faces of the hull that are not parallel, or that no face of it has a normal.
+fn edges(mesh: &obbtree::Mesh, hull: &[[u32; 3]], planes: &[Option<Plane>]) -> Result<Vec<Edge>, String> {
+    let across = neighbours(hull)?;
+    // A face without a normal lies in an edge of two others, and counts as part of one of them.
+    let mut planes = planes.to_vec();
+    while planes.contains(&None) {
+        let before = planes.clone();
+        for (plane, beside) in planes.iter_mut().zip(&across) {
+            *plane = plane.or_else(|| beside.iter().find_map(|&face| before[face]));
+        }
+        if planes == before {
+            return Err("no face of the mesh has an area".to_owned());
+        }
+    }
+    let planes: Vec<Plane> = planes.into_iter().flatten().collect();
+    let edge = |f: usize, k: usize| {
+        let g = across[f][k];
+        let (from, to) = side(&hull[f], k);
+        let [from, to] = [from, to].map(|vertex| mesh.vertices()[vertex as usize]);
+        let (f, g) = (planes[f], planes[g]);
+        let turn = g.normal.cross(&f.normal);
+        let edge = Edge { from, along: unit(&(to - from))?, normals: [f.normal, g.normal], turn, face: f.face };
+        (turn.norm_squared() > PARALLEL).then_some(edge)
+    };
+    let sides = (0..hull.len()).flat_map(|f| (0..3).map(move |k| (f, k))).filter(|&(f, k)| f < across[f][k]);
+    Ok(sides.filter_map(|(f, k)| edge(f, k)).collect())
 }
 
 /// The least motion that parts two solids.

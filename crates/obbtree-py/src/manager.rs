@@ -2,11 +2,11 @@
 
 use crate::convert::{self, manager_error, matrix, pose, pose_rows, value_error};
 use crate::pair::{Collider, Contacts, Nearest};
-use crate::threads::Threads;
+use crate::threads::released;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 type Names = (String, String);
 
@@ -14,36 +14,30 @@ fn owned([first, second]: [&str; 2]) -> Names {
     (first.to_owned(), second.to_owned())
 }
 
-/// Named colliders with poses in one world.
+/// Named colliders with poses in one world. The lock is held for an instant, by a thread that has the interpreter: no process is forked meanwhile, and
+/// no child waits for a thread that it does not have.
 #[pyclass(frozen, module = "obbtree")]
 #[derive(Default)]
-pub struct Manager(RwLock<obbtree::Manager>);
+pub struct Manager(Mutex<Arc<obbtree::Manager>>);
 
 impl Manager {
-    fn read(&self) -> RwLockReadGuard<'_, obbtree::Manager> {
-        self.0.read().unwrap_or_else(PoisonError::into_inner)
+    /// The manager, for one who has the interpreter.
+    fn held(&self, _: Python<'_>) -> MutexGuard<'_, Arc<obbtree::Manager>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn write(&self) -> RwLockWriteGuard<'_, obbtree::Manager> {
-        self.0.write().unwrap_or_else(PoisonError::into_inner)
+    /// The manager as it is now: what changes it later changes a copy, which shares all meshes.
+    fn now(&self, py: Python<'_>) -> Arc<obbtree::Manager> {
+        self.held(py).clone()
     }
 
-    /// Queries wait for changes, and changes for queries, without the interpreter in their hands.
     fn ask<T: Send>(&self, py: Python<'_>, query: impl FnOnce(&obbtree::Manager) -> T + Send) -> T {
-        let threads = Threads::of_process(py);
-        py.detach(|| {
-            let manager = self.read();
-            threads.run(|| query(&manager))
-        })
+        let now = self.now(py);
+        released(py, || query(&now))
     }
 
-    fn change<T: Send>(&self, py: Python<'_>, change: impl FnOnce(&mut obbtree::Manager) -> T + Send) -> T {
-        py.detach(|| change(&mut self.write()))
-    }
-
-    /// A copy, which shares all meshes: two locks are never held at a time.
-    fn copy(&self, py: Python<'_>) -> obbtree::Manager {
-        self.ask(py, Clone::clone)
+    fn change<T>(&self, py: Python<'_>, change: impl FnOnce(&mut obbtree::Manager) -> T) -> T {
+        change(Arc::make_mut(&mut self.held(py)))
     }
 }
 
@@ -143,12 +137,12 @@ impl Manager {
     }
 
     fn collides_with(&self, py: Python<'_>, other: &Self) -> bool {
-        let other = other.copy(py);
+        let other = other.now(py);
         self.ask(py, |manager| manager.collides_with(&other))
     }
 
     fn colliding_pairs_with(&self, py: Python<'_>, other: &Self) -> Vec<Names> {
-        let other = other.copy(py);
+        let other = other.now(py);
         self.ask(py, |manager| manager.colliding_pairs_with(&other).into_iter().map(owned).collect())
     }
 
@@ -159,18 +153,18 @@ impl Manager {
         other: &Self,
         limit: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Vec<(Names, Contacts)>> {
-        let (limit, other) = (convert::limit(limit)?, other.copy(py));
+        let (limit, other) = (convert::limit(limit)?, other.now(py));
         Ok(self.ask(py, |manager| contacts_of(manager.contacts_with(&other, limit))))
     }
 
     #[pyo3(signature = (other, reach = 0.0))]
     fn near_pairs_with(&self, py: Python<'_>, other: &Self, reach: f64) -> PyResult<Vec<Names>> {
-        let (reach, other) = (convert::length(reach)?, other.copy(py));
+        let (reach, other) = (convert::length(reach)?, other.now(py));
         Ok(self.ask(py, |manager| manager.near_pairs_with(&other, reach).into_iter().map(owned).collect()))
     }
 
     fn nearest_with(&self, py: Python<'_>, other: &Self) -> PyResult<Option<(Names, Nearest)>> {
-        let other = other.copy(py);
+        let other = other.now(py);
         let found = self.ask(py, |manager| Ok(manager.nearest_with(&other)?.as_ref().map(nearest_of)));
         found.map_err(|error: obbtree::PoseError| value_error(error))
     }

@@ -1,7 +1,7 @@
 //! Meshes, colliders and paths.
 
 use crate::convert::{self, coordinates, faces, points, pose, poses, value_error};
-use crate::threads::{Threads, released};
+use crate::threads::released;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use obbtree::nalgebra::Point3;
 use pyo3::prelude::*;
@@ -210,16 +210,24 @@ impl Contacts {
 
 /// Two colliders along a path.
 #[pyclass(frozen, module = "obbtree")]
-pub struct Path(Mutex<obbtree::Path>);
+pub struct Path {
+    colliders: [obbtree::Collider; 2],
+    /// The path, unless a thread asks it. As a manager's, its lock is held for an instant, by a thread that has the interpreter.
+    idle: Mutex<Option<obbtree::Path>>,
+}
 
 impl Path {
-    /// With the path to itself; another thread waits, and not with the interpreter in its hands.
+    /// With the path, or a new one where another thread has it, or had it when this process was forked.
     fn with<T: Send>(&self, py: Python<'_>, ask: impl FnOnce(&mut obbtree::Path) -> T + Send) -> T {
-        let threads = Threads::of_process(py);
-        py.detach(|| {
-            let path = &mut *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-            threads.run(|| ask(path))
-        })
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let taken = idle().take();
+        let (answer, path) = released(py, || {
+            let [a, b] = &self.colliders;
+            let mut path = taken.unwrap_or_else(|| obbtree::Path::new(a, b));
+            (ask(&mut path), path)
+        });
+        *idle() = Some(path);
+        answer
     }
 }
 
@@ -228,7 +236,8 @@ impl Path {
     #[new]
     fn new(py: Python<'_>, a: &Collider, b: &Collider) -> Self {
         // It may have to make a tree.
-        Self(Mutex::new(released(py, || obbtree::Path::new(&a.0, &b.0))))
+        let path = released(py, || obbtree::Path::new(&a.0, &b.0));
+        Self { colliders: [a.0.clone(), b.0.clone()], idle: Mutex::new(Some(path)) }
     }
 
     fn collides(&self, py: Python<'_>, pose: &Bound<'_, PyAny>) -> PyResult<bool> {

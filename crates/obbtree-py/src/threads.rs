@@ -6,15 +6,20 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Rayon's own threads, or those of a process that was forked from the one that has them: only the thread that forks goes on in its child.
 #[derive(Clone, Copy)]
-pub struct Threads(Option<&'static ThreadPool>);
+struct Threads(Option<&'static ThreadPool>);
 
 impl Threads {
     /// The threads of this process. No thread forks meanwhile: this one has the interpreter.
-    pub fn of_process(_: Python<'_>) -> Self {
+    fn of_process(_: Python<'_>) -> Self {
         static FIRST: OnceLock<u32> = OnceLock::new();
         static FORKED: Mutex<Option<(u32, &ThreadPool)>> = Mutex::new(None);
         let process = std::process::id();
-        if *FIRST.get_or_init(|| process) == process {
+        // Rayon's threads are started here, where no process is forked meanwhile: a child that found them half started would wait for ever.
+        let first = FIRST.get_or_init(|| {
+            rayon::current_num_threads();
+            process
+        });
+        if *first == process {
             return Self(None);
         }
         let mut forked = FORKED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -30,7 +35,7 @@ impl Threads {
     }
 
     /// Runs a call whose parallel parts are for these threads. It takes no lock that its caller may hold.
-    pub fn run<T: Send>(self, call: impl FnOnce() -> T + Send) -> T {
+    fn run<T: Send>(self, call: impl FnOnce() -> T + Send) -> T {
         match self.0 {
             None => call(),
             Some(threads) => threads.install(call),

@@ -2,6 +2,7 @@
 
 import itertools
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -141,6 +142,33 @@ def test_later_changes_of_a_mesh_do_not_count():
             assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
 
 
+def test_threads_may_share_a_manager():
+    manager, errors = obbtree.CollisionManager(), []
+    manager.add_object("box", trimesh.creation.box())
+
+    class Triangle:
+        faces, is_convex = np.array([[0, 1, 2]]), False
+
+        def __init__(self, x):
+            self.vertices = np.array([[x, 0, 5.0], [1, 0, 5], [0, 1, 5]])
+
+    def ask(first):
+        try:
+            assert not any(manager.in_collision_single(Triangle(first + i)) for i in range(400))
+        except BaseException as error:
+            errors.append(error)
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=ask, args=(1000.0 * i,)) for i in range(8)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+    finally:
+        sys.setswitchinterval(interval)
+    assert not errors and len(manager._kept) <= 64 + len(threads)
+
+
 def test_small_scales_and_shears_are_done_to_the_mesh():
     # The end of a bar moves by 5e-3 k along x or y; a wall stands on either side of where it comes to.
     bar, wall = trimesh.creation.box(extents=[10000, 10, 10]), trimesh.creation.box(extents=[50, 50, 50])
@@ -157,6 +185,14 @@ def test_small_scales_and_shears_are_done_to_the_mesh():
             pose[axis, 3] = before.bounds[1][axis] + 25 + gap * 5e-3 * k
             assert one.in_collision_single(wall, pose) is other.in_collision_single(wall, pose) is hit
             assert one.min_distance_single(wall, pose) == pytest.approx(other.min_distance_single(wall, pose), abs=1e-9)
+    # Of two that are taken as rigid, one may be seen from the other.
+    box, scales = trimesh.creation.box(), [np.diag([s, s, s, 1.0]) for s in (1 + 4.9e-7, 1 - 4.9e-7)]
+    for first, second in itertools.product(scales, scales):
+        manager = obbtree.CollisionManager()
+        manager.add_object("box", box, first)
+        assert manager.min_distance_single(box, at(0.9) @ second) == pytest.approx(-0.1, abs=2e-6)
+        manager.set_transform("box", second)
+        assert manager.in_collision_single(trimesh.creation.torus(0.2, 0.1), first)
     # What single precision leaves of a rotation makes no tree.
     manager, random = obbtree.CollisionManager(), np.random.default_rng(4)
     bar_object = manager.add_object("bar", bar)

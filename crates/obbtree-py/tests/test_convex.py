@@ -91,6 +91,56 @@ def test_thin_solids_and_round_ones_and_what_winds_either_way_are_solids():
     assert depth(single, single, at(1.5)) == pytest.approx(0.5, abs=0.02)
 
 
+def plate(dent):
+    """A box of edge 1000 with a corner in the middle of its top, some way in."""
+    corners = cuboid(1000, 1000, 1000).vertices
+    top = [4, 5, 7, 6]
+    faces = [face for face in cuboid().faces.tolist() if not set(face) <= set(top)]
+    faces += [[i, j, 8] for i, j in zip(top, top[1:] + top[:1])]
+    return mesh(np.vstack([corners, [0, 0, 500 - dent]]), faces)
+
+
+def test_a_dent_makes_a_solid_no_larger_than_its_hull():
+    random = np.random.default_rng(5)
+    tip = mesh([[0, 0, 0], [10, 0, 90], [-10, 10, 90], [-10, -10, 90]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    for dent, pose in [(d, p) for d in (0.0, 1e-9, 1e-4, 0.004) for p in (np.eye(4), turned(random, 0.0), turned(random, 0.0))]:
+        dented = plate(dent)
+        solid = obbtree.Convex(mesh(dented.vertices @ pose[:3, :3].T, dented.faces))
+        for gap in (0.002, 1e-4, -1e-4, -0.002):
+            at_tip = pose @ at(0, 0, 500 + gap)
+            overlap = solid.penetration(obbtree.Convex(tip), at_tip)
+            assert (overlap is not None) == (gap < 0), (dent, gap)
+            assert overlap is None or overlap.depth == pytest.approx(-gap, abs=1e-8)
+            inside = solid.corner_inside(obbtree.Collider(tip), at_tip)
+            assert (inside is not None) == (gap < 0), (dent, gap)
+
+
+def test_corners_along_edges_hide_no_edge():
+    # Turned, they are off their line by rounding: the hull has faces there that lean anywhere.
+    random = np.random.default_rng(6)
+    corners, faces = cuboid().vertices.tolist(), cuboid().faces.tolist()
+    for _ in range(2):
+        middle, parts = {}, []
+        for a, b, c in faces:
+            for side in (frozenset(side) for side in ((a, b), (b, c), (c, a))):
+                if side not in middle:
+                    middle[side] = len(corners)
+                    corners.append(np.mean([corners[vertex] for vertex in side], axis=0))
+            d, e, f = (middle[frozenset(side)] for side in ((a, b), (b, c), (c, a)))
+            parts += [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+        faces = parts
+    corners, edge = np.array(corners), np.eye(4)
+    edge[:3, :3] = [[1, 0, 0], [0, 0.5**0.5, -(0.5**0.5)], [0, 0.5**0.5, 0.5**0.5]]
+    across = np.array([[0.0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    for dtype in (np.float64, np.float32):
+        for _ in range(20):
+            turn, other = turned(random, 0.0), turned(random, 0.0)
+            a, b = (mesh(dtype(corners @ (t @ edge)[:3, :3].T), faces) for t in (turn, other))
+            for gap in (0.01, -0.01):
+                pose = turn @ at(0, 0, 2**0.5 + gap) @ across @ other.T
+                assert depth(a, b, pose) == (None if gap > 0 else pytest.approx(0.01, abs=1e-6))
+
+
 def test_faces_without_area_hide_no_edge():
     # A cube on its edge. One of the faces beside its upper edge is divided at the middle of that edge; a triangle without area closes the gap.
     corners, faces = cuboid().vertices, [list(face) for face in cuboid().faces]

@@ -9,7 +9,8 @@ use crate::mesh::Mesh;
 use crate::pair::Pair;
 use crate::pose::PoseError;
 use nalgebra::{Isometry3, Point3};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::iter;
+use std::sync::{Arc, OnceLock};
 
 /// The tree of a collider.
 pub(crate) type Tree = WideTree<Oriented>;
@@ -31,8 +32,17 @@ struct Inner {
     bounds: [Point3<f64>; 2],
     frame: Frame,
     tree: Tree,
-    /// Trees in larger units, by exponent, for pairs with larger meshes and for distances far away.
-    coarser: Mutex<Vec<(i32, Arc<Tree>)>>,
+    /// Trees in larger units, for pairs with larger meshes and for distances far away: the first of a list.
+    coarser: OnceLock<Box<Coarser>>,
+}
+
+/// A tree in a larger unit, and the next one. Nothing that is in the list changes, so that no query waits for a lock: a process that is forked meanwhile would
+/// wait for ever.
+#[derive(Debug)]
+struct Coarser {
+    exponent: i32,
+    tree: Arc<Tree>,
+    next: OnceLock<Box<Coarser>>,
 }
 
 /// The nearest points of two meshes.
@@ -64,7 +74,7 @@ impl Collider {
         let bounds = mesh.bounds();
         let frame = Frame::of(bounds);
         let tree = tree_of(&mesh, &frame, frame.exponent);
-        Self(Arc::new(Inner { mesh, bounds, frame, tree, coarser: Mutex::default() }))
+        Self(Arc::new(Inner { mesh, bounds, frame, tree, coarser: OnceLock::new() }))
     }
 
     /// The mesh.
@@ -99,9 +109,10 @@ impl Collider {
         Pair::new(self, other).contacts(a_from_b, limit)
     }
 
-    /// The distance of the meshes and their nearest points, in the frame of this mesh. The distance is right within 4·10⁻¹¹ of how far apart the corners of
-    /// the two nearest faces are at most, by a count of roundings; in tests within 10⁻¹² of that. For a translation far beyond the size of both meshes (2⁴⁸ times
-    /// and more) their vertices are rounded to 2⁻⁷⁸ of the translation, and each such scale has a tree of its own.
+    /// The distance of the meshes and their nearest points, in the frame of this mesh. For the vertices as the engine holds them it is right within 4·10⁻¹¹
+    /// of how far apart the corners of the two nearest faces are at most, by a count of roundings; in tests within 10⁻¹² of that. Rounding the vertices adds up to
+    /// 2⁻²⁸ of the larger mesh's largest coordinate: one vertex is rounded once, the other twice, by 0.87 of a step of the grid each time. For a translation
+    /// far beyond the size of both meshes (2⁴⁸ times and more) their vertices are rounded to 2⁻⁷⁸ of the translation, and each such scale has a tree of its own.
     ///
     /// ```
     /// use obbtree::{Collider, Mesh};
@@ -174,30 +185,35 @@ impl Collider {
         if exponent == frame.exponent {
             return None;
         }
-        let kept = || coarser.lock().unwrap_or_else(PoisonError::into_inner);
-        let find =
-            |trees: &[(i32, Arc<Tree>)]| trees.iter().find(|(of, _)| *of == exponent).map(|(_, tree)| tree.clone());
-        if let Some(found) = find(&kept()) {
-            return Some(found);
+        if let Some(found) = self.kept().find(|kept| kept.exponent == exponent) {
+            return Some(found.tree.clone());
         }
-        // The lock is free meanwhile: the build may run other queries on this thread.
-        let built = Arc::new(tree_of(mesh, frame, exponent));
-        let mut kept = kept();
-        Some(find(&kept).unwrap_or_else(|| {
-            kept.push((exponent, built.clone()));
-            built
-        }))
+        let tree = Arc::new(tree_of(mesh, frame, exponent));
+        let mut built = Box::new(Coarser { exponent, tree: tree.clone(), next: OnceLock::new() });
+        let mut end = coarser;
+        while let Err(back) = end.set(built) {
+            // Another thread has put a tree here, perhaps this one.
+            let kept = end.get().expect("it is set");
+            if kept.exponent == exponent {
+                return Some(kept.tree.clone());
+            }
+            (built, end) = (back, &kept.next);
+        }
+        Some(tree)
+    }
+
+    fn kept(&self) -> impl Iterator<Item = &Coarser> {
+        iter::successors(self.0.coarser.get(), |kept| kept.next.get()).map(Box::as_ref)
     }
 
     /// Memory that the collider holds, bytes: the mesh and its trees.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let Inner { mesh, tree, coarser, .. } = &*self.0;
-        let coarser = coarser.lock().unwrap_or_else(PoisonError::into_inner);
+        let Inner { mesh, tree, .. } = &*self.0;
         size_of_val(mesh.vertices())
             + size_of_val(mesh.faces())
             + tree.bytes()
-            + coarser.iter().map(|(_, tree)| tree.bytes()).sum::<usize>()
+            + self.kept().map(|kept| kept.tree.bytes()).sum::<usize>()
     }
 }
 

@@ -2,7 +2,7 @@
 //! nothing, and moved to an origin near it where it is far from its own.
 //!
 //! Powers are multiples of 2⁸: meshes of similar size then share one, and two meshes of different size need one more tree at most in
-//! nearly all scenes. The largest coordinate is then above 16, and the grid at most 2⁻³⁰ of it.
+//! nearly all scenes. The largest coordinate is then above 16, and the grid 2⁻³⁰ to 2⁻³⁸ of it, by the unit that it has.
 
 use crate::mesh::power_of_two;
 use nalgebra::Point3;
@@ -63,8 +63,10 @@ pub(crate) fn exponent_for(farthest: f64, reach: i32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::geometry::grid::LIMIT_MM;
+    use crate::Collider;
+    use crate::engine::geometry::grid::{LIMIT_MM, STEP_MM};
     use crate::mesh::Mesh;
+    use nalgebra::Isometry3;
 
     fn frame(points: [[f64; 3]; 2]) -> Frame {
         Frame::of(Mesh::new(points, [[0, 1, 0]]).unwrap().bounds())
@@ -84,6 +86,22 @@ mod tests {
         assert_eq!([0.0, 5e-324, 1e-160].map(|x| exponent_for(x, REACH)), [LEAST; 3]);
         assert_eq!(exponent_for(Mesh::MAX_COORDINATE, REACH), 488);
         assert_eq!([60, 61, 1022].map(|k| exponent_for(power_of_two(k), FARTHEST)), [0, 8, 968]);
+    }
+
+    /// Plates of 4000 mm, 10⁻⁷ mm apart.
+    #[test]
+    fn the_grid_and_what_nearly_touches_depend_on_the_unit() {
+        for (unit, exponent, touching) in
+            [(1.0, 0, false), (1e-3, -8, false), (256.0, 8, false), (10.0, 8, true), (1e3, 16, true)]
+        {
+            let at =
+                |z: f64| [[0.0, 0.0, z], [4000.0, 0.0, z], [0.0, 4000.0, z]].map(|corner| corner.map(|x| x * unit));
+            let [a, b] = [0.0, 1e-7].map(|z| Collider::new(Mesh::new(at(z), [[0, 1, 2]]).unwrap()));
+            assert_eq!(a.frame().exponent, exponent, "{unit}");
+            let step = power_of_two(exponent) * STEP_MM / (4000.0 * unit);
+            assert!((power_of_two(-38)..=power_of_two(-30)).contains(&step), "{unit}: {step}");
+            assert_eq!(a.collides(&b, &Isometry3::identity()), Ok(touching), "{unit}");
+        }
     }
 
     #[test]

@@ -4,8 +4,9 @@ use crate::engine::geometry::rigid;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 use std::fmt;
 
-/// How far from orthogonal the rotation of a 4 × 4 matrix may be, as max|RᵀR - I|: single precision passes.
-const ORTHOGONAL: f64 = 1e-4;
+/// How far from orthogonal the rotation of a 4 × 4 matrix may be, as max|RᵀR - I|. Rounding to single precision leaves about 10⁻⁷, and a scale or a shear
+/// moves a mesh by no more than this part of its size.
+const ORTHOGONAL: f64 = 1e-6;
 
 /// Why a pose cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,9 +18,9 @@ pub enum PoseError {
     NoRotation,
     /// The matrix scales, shears or mirrors, or its last row is not (0, 0, 0, 1).
     NotRigid,
-    /// The translation between the meshes is too large for a distance.
+    /// The translation between two meshes, or of an object of a manager, is too large for a distance.
     TooFar {
-        /// Largest translation along an axis that these meshes allow, in their unit.
+        /// Largest translation along an axis, in the unit of the meshes.
         limit: f64,
     },
 }
@@ -33,7 +34,7 @@ impl fmt::Display for PoseError {
                 "the matrix is not a rotation and a translation: it scales, shears or mirrors, or its last row is not 0 0 0 1",
             ),
             Self::TooFar { limit } => {
-                write!(f, "the meshes are farther apart than {limit:?} on one axis: too far for a distance")
+                write!(f, "the translation is above {limit:?} on one axis: too far for a distance")
             }
         }
     }
@@ -55,8 +56,9 @@ pub(crate) fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError
 
 /// The pose of a 4 × 4 matrix, row by row, which takes column vectors of one frame to another.
 ///
-/// The rotation R may be off by what single precision rounds: no entry of RᵀR - I is above 10⁻⁴. The quaternion is read off the entries and scaled to
-/// length 1; it is not that of the nearest rotation, and may differ from it by as much as R is off.
+/// The rotation R may be off by what single precision rounds: no entry of RᵀR - I is above 10⁻⁶, so that a scale within 5·10⁻⁷ of 1 and a shear
+/// below 10⁻⁶ are not seen. The quaternion is read off the entries and scaled to length 1; it is not that of the
+/// nearest rotation, and may differ from it by as much as R is off.
 ///
 /// ```
 /// let lifted = obbtree::pose_from_matrix([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]])?;
@@ -102,12 +104,19 @@ mod tests {
     #[test]
     fn what_is_not_rigid_is_refused() {
         let identity = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
-        for (row, column, value) in [(0, 0, 2.0), (0, 0, -1.0), (0, 1, 0.1), (3, 0, 1.0), (3, 3, 2.0)] {
+        for (row, column, value) in
+            [(0, 0, 2.0), (0, 0, -1.0), (0, 1, 0.1), (0, 1, 5e-5), (1, 1, 1.000001), (3, 0, 1.0), (3, 3, 2.0)]
+        {
             let mut rows = identity;
             rows[row][column] = value;
             assert_eq!(pose_from_matrix(rows), Err(PoseError::NotRigid), "{row} {column} {value}");
             rows[row][column] = f64::NAN;
             assert_eq!(pose_from_matrix(rows), Err(PoseError::NotFinite), "{row} {column}");
+        }
+        for (scale, is_rigid) in [(1.00001, false), (1.00004, false), (0.99999, false), (1.0000002, true)] {
+            let rows =
+                [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| if i < 3 { scale * identity[i][j] } else { identity[i][j] }));
+            assert_eq!(pose_from_matrix(rows).is_ok(), is_rigid, "{scale}");
         }
     }
 

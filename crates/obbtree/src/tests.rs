@@ -213,6 +213,28 @@ fn meshes_of_hardly_any_extent_have_a_distance_at_any_pose() {
     }
 }
 
+/// Small faces of meshes that reach far: the grid, not the face, says how wrong a distance may be.
+#[test]
+fn distances_of_small_faces_are_right_within_the_grid_of_a_large_mesh() {
+    let mut draw = Draw::new(0, &["face", "grid"], 0);
+    for reach in [3.9e3, 1.04e6, 1.1e6] {
+        let (bound, mut worst) = (power_of_two(-28) * reach, 0.0_f64);
+        for _ in 0..100 {
+            let at = draw.in_ball();
+            let (low, high) = (at.x, at.x + 0.1 + at.y.abs());
+            let small = |z: f64| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+            let far = [[reach, 0.0, 0.0], [reach, 1.0, 0.0], [reach, 0.0, 1.0]];
+            let a = Mesh::new(small(low).into_iter().chain(far), [[0, 1, 2], [3, 4, 5]]).unwrap();
+            let [a, b] = [a, Mesh::new(small(high), [[0, 1, 2]]).unwrap()].map(Collider::new);
+            let nearest = a.distance(&b, &Isometry3::identity()).unwrap();
+            assert_eq!(nearest.faces, [0, 0]);
+            worst = worst.max((nearest.distance - (high - low)).abs());
+        }
+        assert!(worst < bound, "{reach}: {worst} of {bound}");
+        assert!(worst > 4e-11 * 3.0, "{reach}: the faces alone do not say {worst}");
+    }
+}
+
 /// The face and the point of the engine's test: apart, by less than rounding leaves.
 #[test]
 fn a_distance_is_zero_where_meshes_touch_and_only_there_in_any_unit() {

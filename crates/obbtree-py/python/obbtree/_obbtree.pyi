@@ -60,7 +60,10 @@ class Contacts:
 
 @final
 class Collider:
-    """A mesh with the tree that queries need. A mesh wholly inside another does not touch it."""
+    """A mesh with the tree that queries need. A mesh wholly inside another does not touch it.
+
+    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's. Raises ValueError when its rotation R has max|RᵀR - I| above 1e-6.
+    """
 
     def __new__(cls, mesh: Mesh | _HasMesh) -> Self: ...
     @property
@@ -85,7 +88,7 @@ class Collider:
 
 @final
 class Path:
-    """Two colliders along a path: the same answers, sooner where a pose is near the one before."""
+    """Two colliders along a path: the same answers, sooner where a pose is near the one before. Threads that ask at the same time do not wait for each other."""
 
     def __new__(cls, a: Collider, b: Collider) -> Self: ...
     def collides(self, pose: ArrayLike) -> bool: ...
@@ -95,7 +98,8 @@ class Path:
 class Manager:
     """Named colliders with poses in one world, and the pairs of them that are not asked about.
 
-    A pose takes coordinates of the object to those of the world. Names that are not there raise KeyError.
+    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError.
+    A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
     """
 
     def __new__(cls) -> Self: ...
@@ -147,7 +151,7 @@ class Penetration:
 
 @final
 class Convex:
-    """A closed convex mesh in one part as a solid. Faces may wind either way round, and have no area.
+    """A closed convex mesh in one part as a solid: the convex hull of its corners, within 2**-25 of its size. Faces may wind either way round, and have no area.
 
     Raises ValueError when the mesh is open, in several parts, flat within 2**-22 of its size, or has a corner above a face by more than 1e-5 of it. Meant for
     solids of up to some thousand faces: it is made in time in proportion to faces times corners.

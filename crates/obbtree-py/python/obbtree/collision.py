@@ -22,7 +22,7 @@ EXTERNAL = "__external"
 CONTACTS_PER_PAIR = 100_000
 # Meshes whose trees are kept for when they come again.
 KEPT = 64
-# How far from orthogonal the rotation R of a rigid transform may be, as max|RᵀR - I|: a few roundings to single precision.
+# How far from orthogonal the rotation R of a rigid transform may be, as max|RᵀR - I|: what the engine takes for a rigid pose.
 RIGID = 1e-6
 
 Vector = NDArray[np.float64]
@@ -78,6 +78,8 @@ class CollisionObject:
         self.vertices, self.faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
         self.collider, self.convex, self.is_convex = shape
         self.transform = transform
+        # Where the engine has it: its rotation is orthogonal within rounding.
+        self.pose = transform
 
 
 class CollisionManager:
@@ -98,6 +100,7 @@ class CollisionManager:
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
         key = f"{self._count:020}"
         self._manager.insert(key, item.collider, _pose(matrix))
+        item.pose = self._manager.pose(key)
         self._count += 1
         # Only now: where the new one cannot be had, the one before stays.
         if name in self._objs:
@@ -123,7 +126,7 @@ class CollisionManager:
             collider, convex, _ = self._shape(item, matrix)
             self._manager.insert(key, collider, _pose(matrix))
             item.collider, item.convex = collider, convex
-        item.transform = matrix
+        item.transform, item.pose = matrix, self._manager.pose(key)
 
     def in_collision_single(
         self, mesh: Any, transform: ArrayLike | None = None, return_names: bool = False, return_data: bool = False
@@ -186,8 +189,9 @@ class CollisionManager:
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
         parts = (vertices, faces) if linear is None else (vertices, faces, linear)
         key = hashlib.blake2b(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
-        if key in self._kept:
-            return self._kept[key]
+        kept = self._kept.get(key)
+        if kept is not None:
+            return kept
         if linear is not None:
             vertices = vertices @ linear.T
             # A mirrored face turns the other way round.
@@ -199,8 +203,9 @@ class CollisionManager:
                 convex = Convex(shape)
             except ValueError:
                 pass  # Not closed or not quite convex: a surface.
-        if len(self._kept) >= KEPT:
-            del self._kept[next(iter(self._kept))]
+        # Other threads may do the same: each step is one call into the dictionary, and no lock is left in a forked child.
+        for oldest in list(self._kept)[: 1 - KEPT]:
+            self._kept.pop(oldest, None)
         return self._kept.setdefault(key, (Collider(shape), convex, is_convex))
 
     def _of_one(self, mesh: Any, transform: ArrayLike | None) -> CollisionManager:
@@ -229,7 +234,7 @@ class CollisionManager:
                 face, vertex = found
                 # Nothing touches: the outer one has no face to name.
                 faces = (0, face) if inner is b else (face, 0)
-                return faces, _moved(_pose(inner.transform), inner.collider.mesh.vertices[vertex])
+                return faces, _moved(inner.pose, inner.collider.mesh.vertices[vertex])
         return None
 
     def _overlap(self, pair: tuple[str, str], other: CollisionManager) -> Penetration | None:
@@ -244,7 +249,7 @@ class CollisionManager:
         data = []
         for pair in pairs:
             a, b = self._numbered[pair[0]], other._numbered[pair[1]]
-            names, pose = (a.name, b.name), _pose(a.transform)
+            names, pose = (a.name, b.name), a.pose
             overlap = self._overlap(pair, other)
             if overlap is not None:
                 point = _moved(pose, np.mean(overlap.points, axis=0))
@@ -281,7 +286,7 @@ class CollisionManager:
             overlap = self._overlap(pair, other)
             if overlap is not None and (best is None or -overlap.depth < best[1].distance):
                 a, b = self._numbered[pair[0]], other._numbered[pair[1]]
-                points = np.array([_moved(_pose(a.transform), point) for point in overlap.points])
+                points = np.array([_moved(a.pose, point) for point in overlap.points])
                 best = (pair, DistanceData((a.name, b.name), -overlap.depth, points, overlap.faces))
         if best is not None:
             return best
@@ -346,7 +351,7 @@ def _moved(pose: Vector, point: ArrayLike) -> Vector:
 
 def _relative(a: CollisionObject, b: CollisionObject) -> Vector:
     """The pose that takes coordinates of `b` to those of `a`."""
-    of_a, of_b = _pose(a.transform), _pose(b.transform)
+    of_a, of_b = a.pose, b.pose
     pose = np.eye(4)
     pose[:3, :3] = of_a[:3, :3].T @ of_b[:3, :3]
     pose[:3, 3] = of_a[:3, :3].T @ (of_b[:3, 3] - of_a[:3, 3])
@@ -357,7 +362,7 @@ def _depths(a: CollisionObject, b: CollisionObject, faces: NDArray[np.uint32]) -
     """Of pairs of faces that touch, along the normal of either: how deep the other's deepest corner is below the plane; the lesser of both."""
 
     def corners(item: CollisionObject, numbers: NDArray[np.uint32]) -> Vector:
-        mesh, pose = item.collider.mesh, _pose(item.transform)
+        mesh, pose = item.collider.mesh, item.pose
         return np.asarray(mesh.vertices[mesh.faces[numbers]] @ pose[:3, :3].T + pose[:3, 3])
 
     def below(plane: Vector, other: Vector) -> tuple[Vector, Vector]:

@@ -280,6 +280,10 @@ fn objects_come_and_go() {
     assert_eq!(manager.remove("b").unwrap_err().to_string(), "no object `b` in the manager");
     assert_eq!(manager.set_pose("b", Isometry3::identity()), Err(ManagerError::NoSuchObject("b".to_owned())));
     assert!(matches!(manager.nearest_to("b"), Err(ManagerError::NoSuchObject(_))));
+    let far = manager.insert("c", cube.clone(), Isometry3::translation(1e302, 0.0, 0.0)).unwrap_err();
+    let limit = power_of_two(1000);
+    let text = format!("object `c`: the translation is above {limit:?} on one axis: too far for a distance");
+    assert_eq!(far.to_string(), text);
     for x in [f64::NAN, f64::INFINITY, 1e303] {
         let error = manager.set_pose("a", Isometry3::translation(x, 0.0, 0.0)).unwrap_err();
         assert!(matches!(&error, ManagerError::Pose { name, .. } if name == "a"), "{error}");
