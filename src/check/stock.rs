@@ -25,7 +25,7 @@ pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 const COARSER_ON_LATHES: f64 = 5.0;
 /// Part of how deep the stock can be in a part from which on contact within the resolution is told; the resolution of thin cutters is that part of it.
 const THIN_PART: f64 = 0.5;
-/// How many times as fine as otherwise that resolution is at most.
+/// How many times as fine as otherwise that resolution is at most; what would need more is not helped.
 const MOST_FINER: f64 = 4.0;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
@@ -178,7 +178,8 @@ impl<'a> Workpiece<'a> {
             other.role == Role::Cutter && feeds_of(self.scene, self.path, part).next().is_some()
         };
         let thin = self.others.iter().filter(feeds).filter_map(|other| other.thin_mm(standard_mm));
-        thin.reduce(f64::min).map(|deepest| (THIN_PART * deepest).max(standard_mm / MOST_FINER))
+        let wanted = thin.map(|deepest| THIN_PART * deepest).filter(|finer_mm| MOST_FINER * finer_mm >= standard_mm);
+        wanted.reduce(f64::min)
     }
 
     /// Cutters whose meshes are open.

@@ -324,7 +324,8 @@ fn there_are_more_coordinate_systems() {
     ] {
         let program = run(source, &Setup { more_work_offsets: more_work_offsets.clone(), ..setup });
         support::assert_near(ends(&program)[0], [expected, 0.0, 0.0], source);
-        assert!(program.notes.is_empty(), "{source}: {:?}", program.notes);
+        let is_unset = program.notes.iter().any(|note| note.text.contains("is zero"));
+        assert!(!is_unset, "{source}: {:?}", program.notes);
     }
     assert_ends("G10L2P1X5.\nG54G0X1.\nG91G10L2P1X2.\nG90X1.\nM30", &fanuc(), &[[6.0, 0.0, 0.0], [8.0, 0.0, 0.0]]);
     // G10 L10 sets a length, L12 a radius.
