@@ -342,7 +342,7 @@ fn bvbench() -> Command {
 fn formats_and_exit_codes() {
     let clear = mill("G0 Z20\nM2").0;
     bvbench().args(["check", "--quiet"]).arg(clear.path()).assert().code(0);
-    let (folder, _) = mill("G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
+    let (folder, _) = mill("G21 G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
     let run = |arguments: &[&str]| {
         let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{arguments:?}");
@@ -556,10 +556,11 @@ fn what_a_program_leaves_unknown_is_named() {
         ("G0 Z40.\nG31 Z30. F100.\nG0 Z40.\nM30", "haas", "line 2: nothing stops a probe here"),
     ] {
         let (folder, _) = mill("G0 Z20\nM2");
-        std::fs::write(folder.path().join("own.ngc"), program).unwrap();
+        std::fs::write(folder.path().join("other.ngc"), program).unwrap();
         let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
         let mut command = bvbench();
-        command.current_dir(folder.path()).args(["check", "--quiet", ".", "--dialect", dialect]).args(reports);
+        command.current_dir(folder.path()).args(["check", "--quiet", ".", "other.ngc", "--dialect", dialect]);
+        command.args(reports);
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{program}: {output:?}");
         let shown = String::from_utf8(output.stdout).unwrap();

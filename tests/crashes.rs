@@ -60,10 +60,10 @@ const fn good(machine: &'static str, work: &'static str, program: &'static str) 
     Good { machine, work, change: None, program }
 }
 
-/// The drill of the mill as an engraving cutter: a ball of 0.2 mm below a cone.
+/// The drill of the mill as an engraving cutter: a ball of 0.2 mm, 0.4 mm of it cut, on a cone.
 const ENGRAVER: (&str, &str) = (
     "shape = { kind = \"cylinder\", radius_mm = 4, height_mm = 90 }",
-    "shape = { kind = \"revolve\", profile_mm = [[0, 0], [0.038, 0.008], [0.071, 0.029], [0.092, 0.062], [0.0999, 0.1], [0.0999, 0.4], [2, 2.3], [2, 90], [0, 90]] }",
+    "shape = { kind = \"revolve\", profile_mm = [[0, 0], [0.038, 0.008], [0.071, 0.029], [0.092, 0.062], [0.0999, 0.1], [0.0999, 0.4], [0, 0.4]] }\n[[parts]]\nname = \"drill-shank\"\nlink = \"head\"\nrole = \"shank\"\ntool = 2\nat = { xyz_mm = [0, 0, -129.6] }\nshape = { kind = \"revolve\", profile_mm = [[0, 0], [0.0999, 0], [2, 1.9], [2, 89.6], [0, 89.6]] }",
 );
 
 /// A sleeve on the lathe that W moves over the end of the bar, by the radius of its bore. It begins 40 mm in front of the bar.
@@ -254,10 +254,17 @@ const CRASHES: &[Crash] = &[
     },
     Crash {
         machine: "mill",
-        fault: "ball of 0.2 mm at rapid rate 0.5 mm deeper than it has engraved",
+        fault: "ball of 0.2 mm at rapid rate 0.2 mm deeper than it has engraved",
         change: Some(ENGRAVER),
-        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S9000 G43 H2 G0 Z5\nG1 Z-0.1 F100\nG0 Z5\nG0 Z-0.6\nG0 Z100\nM2",
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S9000 G43 H2 G0 Z5\nG1 Z-0.1 F100\nG0 Z5\nG0 Z-0.3\nG0 Z100\nM2",
         told: &[(6, RAPID, "block:drill")],
+    },
+    Crash {
+        machine: "mill",
+        fault: "ball of 0.2 mm that cuts 0.4 mm engraves 0.5 mm deep: the shank rubs, and what it leaves is above the ball at the retract",
+        change: Some(ENGRAVER),
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S9000 G43 H2 G0 Z5\nG1 Z-0.5 F100\nG1 X10\nG0 Z5\nG0 Z100\nM2",
+        told: &[(4, COLLISION, "block:drill-shank"), (6, RAPID, "block:drill")],
     },
     crash(
         "mill",
@@ -442,7 +449,7 @@ const CRASHES: &[Crash] = &[
         machine: "lathe",
         fault: "sleeve over the turned end, its bore 1 mm too small",
         change: Some(sleeve!(24)),
-        program: "M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
+        program: "G7 M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
         told: &[(7, COLLISION, "bar:sleeve")],
     },
     Crash {
@@ -570,7 +577,7 @@ const GOOD: &[Good] = &[
         machine: "mill",
         work: "engraved 0.1 mm deep with a ball of 0.2 mm",
         change: Some(ENGRAVER),
-        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S9000 G43 H2 G0 Z5\nG1 Z-0.1 F100\nG1 X3 Y1\nG3 X6 Y4 J3\nG1 X5.5 Y6\nG0 Z5\nG0 X0 Y3\nG1 Z-0.1\nG1 X0.3 Y3.7\nG0 Z100\nM2",
+        program: "M3 S3000 G43 H1 G0 Z100\nT2 M6\nM3 S9000 G43 H2 G0 Z5\nG1 Z-0.1 F100\nG1 X3 Y1\nG3 X6 Y4 J3\nG0 Z5\nG0 X0 Y3\nG1 Z-0.1\nG1 X0.3 Y3.7\nG1 X5.5\nG0 Z100\nM2",
     },
     good("mill", "home after a retract", "M3 S3000 G43 H1 G0 Z5\nG1 Z-3 F100\nG0 Z60\nG91 G28 Z0\nG91 G28 X0\nM2"),
     good(
@@ -662,7 +669,7 @@ const GOOD: &[Good] = &[
         machine: "lathe",
         work: "sleeve over the turned end",
         change: Some(sleeve!(26)),
-        program: "M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
+        program: "G7 M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
     },
     good("press", "through hole and back", "M3 S800 G43 H1 G0 Z5\nG1 Z-24 F100\nG0 Z60\nM2"),
     good("press", "hole with a dwell at its bottom", "M3 S800 G43 H1 G0 Z30\nG98 G82 Z-10 R3 P0.3 F80\nG80\nM2"),

@@ -39,7 +39,7 @@ use blank::Blank;
 use rayon::prelude::*;
 use std::sync::Arc;
 use thiserror::Error;
-use tile::{Search, Tile};
+use tile::{LONG, Search, TOO_LONG, Tile};
 
 /// Resolution where nobody says otherwise, mm, but not finer than [`RESOLUTION_PART`] of the workpiece's longest side.
 pub const RESOLUTION_MM: f64 = 0.1;
@@ -411,30 +411,36 @@ impl TileRun<'_> {
     }
 
     fn depth_in(&mut self, sweep: &Sweep) -> Depth {
-        let search = Search { sweep, within_mm: self.resolution_mm, only_whether: false, uncut: self.uncut };
-        self.tile.contact(&search)
+        self.search(sweep, false, TOO_LONG)
     }
 
     /// How deep a part comes at most, mm, where that is within the resolution; where it may be deeper, some depth beyond it.
     fn at_most(&mut self, sweep: &Sweep) -> f64 {
-        let search = Search { sweep, within_mm: self.resolution_mm, only_whether: true, uncut: self.uncut };
-        self.tile.contact(&search).high
+        self.search(sweep, true, u64::MAX).high
     }
 
-    /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance.
+    fn search(&mut self, sweep: &Sweep, only_whether: bool, most: u64) -> Depth {
+        let Self { uncut, resolution_mm: within_mm, .. } = *self;
+        self.tile.contact(&Search { sweep, within_mm, only_whether, most, uncut })
+    }
+
+    /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance. It is known to be deep somewhere: whether it is on
+    /// a part of the way counts as decided where it takes long.
     fn ends(&mut self, sweep: &Sweep) -> [f64; 2] {
-        let step = if sweep.way_mm > 0.0 { (self.tolerance_mm / sweep.way_mm).max(FINEST) } else { 1.0 };
+        let (resolution_mm, tolerance_mm) = (self.resolution_mm, self.tolerance_mm);
+        let mut is_deep = |from: f64, to: f64| self.search(&sweep.part(from, to), true, LONG).high > resolution_mm;
+        let step = if sweep.way_mm > 0.0 { (tolerance_mm / sweep.way_mm).max(FINEST) } else { 1.0 };
         let (mut from, mut to) = (0.0, 1.0);
         // It is deep somewhere before `to`, and nowhere before `from`.
         while to - from > step {
             let middle = f64::midpoint(from, to);
-            if self.at_most(&sweep.part(from, middle)) > self.resolution_mm { to = middle } else { from = middle }
+            if is_deep(from, middle) { to = middle } else { from = middle }
         }
         let first = from;
         let (mut from, mut to) = (first, 1.0);
         while to - from > step {
             let middle = f64::midpoint(from, to);
-            if self.at_most(&sweep.part(middle, to)) > self.resolution_mm { from = middle } else { to = middle }
+            if is_deep(middle, to) { from = middle } else { to = middle }
         }
         [first, to]
     }

@@ -50,6 +50,8 @@ pub(super) struct Search<'a> {
     pub within_mm: f64,
     /// Whether it is enough to know that the depth may be more than that.
     pub only_whether: bool,
+    /// Questions before what is not decided counts as contact; of a mesh that does not turn [`TOO_LONG`] at most.
+    pub most: u64,
     pub uncut: &'a Blank,
 }
 
@@ -64,11 +66,11 @@ const MOST_TRACED: usize = 512;
 /// Part of a depth to which its bounds need not be nearer to one another.
 const CLOSE_PART: f64 = 0.05;
 /// Questions after which a depth that is certain is bounded no more closely: faces that are as deep everywhere have no deepest cell.
-const LONG: u64 = 4_000;
+pub(super) const LONG: u64 = 4_000;
 /// How many times the least depth is the greatest before bounds are closer. Where even that takes n times as many questions, they are n times as far apart.
 const APART: f64 = 2.0;
-/// Questions before what is not decided counts as contact, where it is known that it may be, or a question is costly: of a mesh that does not turn.
-const TOO_LONG: u64 = 100_000;
+/// Questions before what is not decided counts as contact, where it is known that it may be, or each costs a search of a mesh that does not turn.
+pub(super) const TOO_LONG: u64 = 100_000;
 /// Questions of a tile that all such questions ask before `TOO_LONG` is [`SHORT`].
 const PATIENCE: u64 = 200_000;
 const SHORT: u64 = 2_000;
@@ -373,10 +375,10 @@ impl Tile {
         let (mut depth, cube) = (Depth::default(), self.cube());
         self.begun = self.questions;
         let is_of_mesh = search.sweep.is_of_mesh();
-        self.most = match search.only_whether {
-            _ if is_of_mesh && self.of_meshes > PATIENCE => SHORT,
-            true if !is_of_mesh => u64::MAX,
-            _ => TOO_LONG,
+        self.most = match is_of_mesh {
+            true if self.of_meshes > PATIENCE => SHORT,
+            true => search.most.min(TOO_LONG),
+            false => search.most,
         };
         if !self.is_gone() {
             let found = search.sweep.depth(&cube.centre, cube.half, &mut self.questions);
