@@ -556,10 +556,10 @@ fn what_a_program_leaves_unknown_is_named() {
         ("G0 Z40.\nG31 Z30. F100.\nG0 Z40.\nM30", "haas", "line 2: nothing stops a probe here"),
     ] {
         let (folder, _) = mill("G0 Z20\nM2");
-        std::fs::write(folder.path().join("other.ngc"), program).unwrap();
+        std::fs::write(folder.path().join("own.ngc"), program).unwrap();
         let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
         let mut command = bvbench();
-        command.current_dir(folder.path()).args(["check", "--quiet", ".", "other.ngc", "--dialect", dialect]);
+        command.current_dir(folder.path()).args(["check", "--quiet", ".", "--dialect", dialect]);
         command.args(reports);
         let output = command.output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{program}: {output:?}");

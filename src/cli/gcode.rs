@@ -77,15 +77,19 @@ fn variable(text: &str) -> Result<(u32, f64), String> {
 }
 
 impl Reading {
-    /// Changes what the controller knows; whether that changes anything.
-    pub(super) fn apply(&self, setup: &mut Setup) -> bool {
+    /// Whether it says anything.
+    pub(super) fn is_given(&self) -> bool {
+        let names_control = self.dialect.is_some() || self.units.is_some();
+        names_control || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
+    }
+
+    /// Changes what the controller knows.
+    pub(super) fn apply(&self, setup: &mut Setup) {
         setup.dialect = self.dialect.unwrap_or(setup.dialect);
         setup.units = self.units.or(setup.units);
         setup.block_delete |= self.block_delete;
         setup.ignored.extend(&self.ignore);
         setup.parameters.extend(self.variable.iter().map(|(number, value)| (number.to_string(), *value)));
-        let names_control = self.dialect.is_some() || self.units.is_some();
-        names_control || self.block_delete || !(self.ignore.is_empty() && self.variable.is_empty())
     }
 }
 

@@ -107,10 +107,13 @@ impl Subject {
     /// The scene, and the program asked for; else the scene's own, if it has one.
     pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
         let mut job = self.job.set_up()?;
-        let overrides = Overrides { skips_program: self.program.is_some(), ..Overrides::default() };
+        let is_changed =
+            self.reading.is_given() || !self.offsets.is_empty() || self.tool_table.is_some() || !job.is_empty();
+        let overrides =
+            Overrides { skips_program: self.program.is_some(), defers_program: is_changed, ..Overrides::default() };
         let mut scene = Scene::find_with(&self.scene, &overrides)?;
         let mut setup = scene.program.clone().unwrap_or_else(ProgramRun::of_mill);
-        let mut is_changed = self.reading.apply(&mut setup.setup) || !self.offsets.is_empty();
+        self.reading.apply(&mut setup.setup);
         for offset in &self.offsets {
             let wrong = |message: String| anyhow!("--offset {offset}: {message}");
             let (name, origin) =
@@ -120,10 +123,8 @@ impl Subject {
         if let Some(path) = &self.tool_table {
             setup.setup.tools = tool_table(path, self.tool_table_inch)?;
             job.measured = setup.setup.tools.clone();
-            is_changed = true;
         }
         if !job.is_empty() {
-            is_changed = true;
             for told in scene.set_up(&mut setup, &job).map_err(|why| anyhow!(why))? {
                 note(format!("note: {told}"));
             }

@@ -100,7 +100,11 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         }
         None => None,
     };
-    let files = scene.program.iter().filter(|_| !overrides.skips_program).flat_map(|file| &file.more);
+    let files = scene
+        .program
+        .iter()
+        .filter(|_| !(overrides.skips_program || overrides.defers_program))
+        .flat_map(|file| &file.more);
     let more = files.zip(program.iter().cycle()).map(|(path, first)| {
         let source = folder.text(path)?;
         program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
@@ -415,7 +419,11 @@ fn read_program(
     let sampling = program::sampling(file).map_err(|wrong| document.meaning(wrong))?;
     let path = file.file.get_ref();
     let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
-    program::run(&source, folder.path(path), folder.hash(path), setup, tip, sampling)
+    let (path, hash) = (folder.path(path), folder.hash(path));
+    if overrides.defers_program {
+        return Ok(program::deferred(&source, path, hash, setup, tip, sampling));
+    }
+    program::run(&source, path, hash, setup, tip, sampling)
 }
 
 fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {

@@ -261,6 +261,8 @@ pub struct Overrides {
     pub density: Option<f64>,
     /// Whether the scene's own program is not read, because another program will run under its setup.
     pub skips_program: bool,
+    /// Whether it is read and not run, because it will be run again under another setup ([`ProgramRun::again`]).
+    pub defers_program: bool,
 }
 
 impl Scene {

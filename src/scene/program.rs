@@ -332,13 +332,22 @@ impl ProgramRun {
 
     /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
     pub fn of_mill() -> Self {
-        let program =
-            rs274::Program { moves: Vec::new(), blocks: Vec::new(), notes: Vec::new(), called_files: Vec::new() };
-        let setup = Setup::default();
-        let start = setup.start;
-        let (file, hash) = (PathBuf::new(), String::new());
-        Self { file, hash, program, setup, tip: None, start, sampling: Sampling::default() }
+        deferred("", PathBuf::new(), String::new(), &Setup::default(), None, Sampling::default())
     }
+}
+
+/// A program that has not been run: it has no moves until [`ProgramRun::again`].
+pub(super) fn deferred(
+    source: &str,
+    path: PathBuf,
+    hash: String,
+    setup: &Setup,
+    tip: Option<TipControl>,
+    sampling: Sampling,
+) -> ProgramRun {
+    let blocks = source.lines().map(str::to_owned).collect();
+    let program = rs274::Program { moves: Vec::new(), blocks, notes: Vec::new(), called_files: Vec::new() };
+    ProgramRun { file: path, hash, program, setup: setup.clone(), tip, start: setup.start, sampling }
 }
 
 /// Interprets the program of a file whose bytes have this hash.
