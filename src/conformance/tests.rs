@@ -146,14 +146,14 @@ impl Flaw for Transposed {
     }
 }
 
-/// Right with room for rounding, but for the pose: [`Faulty`] uses the quaternion unchanged, whatever its length.
+/// Right with room for the grid of the control, but for the pose: [`Faulty`] uses the quaternion unchanged, whatever its length.
 #[derive(Clone, Debug)]
 struct Unnormalised;
 
 impl Flaw for Unnormalised {
     const INFO: Info = info("unnormalised");
     fn overlaps(t: &Vector, r: &Matrix3<f64>, a: &Vector, b: &Vector) -> bool {
-        !separated(t, r, &widened_abs(r), &a.add_scalar(1e-6), b)
+        !separated(t, r, &widened_abs(r), &a.add_scalar(3e-5), b)
     }
 }
 
