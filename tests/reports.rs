@@ -417,7 +417,7 @@ fn whatever_fails_a_check_is_in_every_report() {
 #[test]
 fn how_a_program_is_read_is_in_every_report() {
     // X 5 without a decimal point twice, a zero that nothing has set, and a probe.
-    let folder = scene("G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM30");
+    let folder = scene("G21 G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM30");
     let reports = ["check", "--quiet", ".", "--dialect", "haas", "--json", "--sarif", "a.sarif", "--junit", "b.xml"];
     let output = Command::cargo_bin("bvbench").unwrap().current_dir(folder.path()).args(reports).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
