@@ -66,19 +66,17 @@ const ENGRAVER: (&str, &str) = (
     "shape = { kind = \"revolve\", profile_mm = [[0, 0], [0.038, 0.008], [0.071, 0.029], [0.092, 0.062], [0.0999, 0.1], [0.0999, 0.4], [0, 0.4]] }\n[[parts]]\nname = \"drill-shank\"\nlink = \"head\"\nrole = \"shank\"\ntool = 2\nat = { xyz_mm = [0, 0, -129.6] }\nshape = { kind = \"revolve\", profile_mm = [[0, 0], [0.0999, 0], [2, 1.9], [2, 89.6], [0, 89.6]] }",
 );
 
-/// A sleeve on the lathe that W moves over the end of the bar, by the radius of its bore. It begins 40 mm in front of the bar.
+/// A sleeve on the lathe that W moves over the end of the bar, by its profile. It begins 40 mm in front of the bar.
 macro_rules! sleeve {
-    ($bore:literal) => {
+    ($profile:literal) => {
         (
             "[[parts]]\nname = \"tailstock\"",
             concat!(
                 "[[machine.links]]\nname = \"quill\"\njoint = { axis = \"W\", direction = [0, 0, 1] }\n",
                 "[[parts]]\nname = \"sleeve\"\nlink = \"quill\"\nrole = \"fixture\"\nat = { xyz_mm = [0, 0, 240] }\n",
-                "shape = { kind = \"revolve\", profile_mm = [[",
-                $bore,
-                ", 0], [40, 0], [40, 60], [0, 60], [0, 50], [",
-                $bore,
-                ", 50]] }\n[[parts]]\nname = \"tailstock\""
+                "shape = { kind = \"revolve\", profile_mm = [",
+                $profile,
+                "] }\n[[parts]]\nname = \"tailstock\""
             ),
         )
     };
@@ -448,9 +446,16 @@ const CRASHES: &[Crash] = &[
     Crash {
         machine: "lathe",
         fault: "sleeve over the turned end, its bore 1 mm too small",
-        change: Some(sleeve!(24)),
+        change: Some(sleeve!("[24, 0], [40, 0], [40, 60], [0, 60], [0, 50], [24, 50]")),
         program: "G7 M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
         told: &[(7, COLLISION, "bar:sleeve")],
+    },
+    Crash {
+        machine: "lathe",
+        fault: "sleeve of sheet 0.1 mm thick over the turned end, its bore 1 mm too small",
+        change: Some(sleeve!("[24, 0], [24.1, 0], [24.1, 60], [24, 60]")),
+        program: "G7 M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
+        told: &[(7, UNRESOLVED, "bar:sleeve")],
     },
     Crash {
         machine: "lathe",
@@ -668,7 +673,7 @@ const GOOD: &[Good] = &[
     Good {
         machine: "lathe",
         work: "sleeve over the turned end",
-        change: Some(sleeve!(26)),
+        change: Some(sleeve!("[26, 0], [40, 0], [40, 60], [0, 60], [0, 50], [26, 50]")),
         program: "G7 M3 S800 G0 X64 Z5\nG0 X50\nG1 Z-35 F200\nG1 X64\nG0 Z5\nG0 X200 Z70\nG0 W-70\nG0 W0\nM2",
     },
     good("press", "through hole and back", "M3 S800 G43 H1 G0 Z5\nG1 Z-24 F100\nG0 Z60\nM2"),

@@ -23,9 +23,10 @@ const BATCH: usize = 1024;
 pub const MOST_QUESTIONS: u64 = 2_000_000_000;
 /// How many times as coarse the standard resolution is on a lathe where a half section is not enough: ten times as fast, which makes seconds of minutes.
 const COARSER_ON_LATHES: f64 = 5.0;
-/// Part of how deep the stock can be in a part from which on contact within the resolution is told; the resolution of thin cutters is that part of it.
+/// Fraction of the greatest depth that the stock can have in a thin part. Deeper contact is told although it is within the resolution. For thin cutters the resolution is
+/// this fraction of that depth.
 const THIN_PART: f64 = 0.5;
-/// How many times as fine as otherwise that resolution is at most; what would need more is not helped.
+/// Greatest factor by which a thin cutter makes the resolution finer; a cutter that needs more leaves it as it is.
 const MOST_FINER: f64 = 4.0;
 /// Part of the resolution by which a part that turns may be elsewhere than its straight piece says, mm.
 const PAD: f64 = 0.05;
@@ -408,7 +409,8 @@ impl Other {
 
     /// How deep the stock can be in it, mm, where that is no more than the resolution: all contact would be told as a touch.
     fn thin_mm(&self, resolution_mm: f64) -> Option<f64> {
-        let deepest = self.turning.as_ref().map_or_else(|| self.body.deepest_mm(resolution_mm), Turning::deepest_mm);
+        let of_body = || self.body.deepest_mm(resolution_mm);
+        let deepest = self.turning.as_ref().map_or_else(of_body, |turning| turning.deepest_mm(resolution_mm));
         Some(deepest).filter(|deepest| *deepest <= resolution_mm)
     }
 }

@@ -127,9 +127,7 @@ impl Turning {
         if self.cuts || piece.turn > 0.0 || !ends.iter().all(is_along) {
             return None;
         }
-        let of_axis =
-            || is_around(&self.mesh, &self.at_first).then(|| Body::turning_about(&self.mesh, self.at_first, 0.0));
-        let body = self.around.get_or_init(of_axis).as_ref()?;
+        let body = self.body_around()?;
         let stock_from_axis = self.spindle.axis_from_stock.inverse();
         let [first, last] = ends.map(|pose| stock_from_axis * pose);
         Some(body.sweep([&first, &last], chord_mm + 2.0 * SAME_MM))
@@ -168,9 +166,19 @@ impl Turning {
         Some(sections[known].tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + 2.0 * SAME_MM))
     }
 
-    /// How deep a point of the part's section can be in it at most, mm.
-    pub fn deepest_mm(&self) -> f64 {
-        self.sections.borrow()[0].tool.deepest_mm()
+    /// How deep a point can be in the part at most, mm: in its section, or in its body of revolution, of which thin pieces count as in [`Body::deepest_mm`].
+    pub fn deepest_mm(&self, out_mm: f64) -> f64 {
+        let of_section = self.sections.borrow()[0].tool.deepest_mm();
+        self.body_around().map_or(of_section, |body| of_section.min(body.deepest_mm(out_mm)))
+    }
+
+    /// The body of revolution that the part is about the axis; `None` for a cutter, and where the axis misses the part's box.
+    fn body_around(&self) -> Option<&Body> {
+        let of_axis = || {
+            let is_around = !self.cuts && is_around(&self.mesh, &self.at_first);
+            is_around.then(|| Body::turning_about(&self.mesh, self.at_first, 0.0))
+        };
+        self.around.get_or_init(of_axis).as_ref()
     }
 }
 
