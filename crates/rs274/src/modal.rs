@@ -418,12 +418,12 @@ impl Values {
         }
     }
 
-    /// Whether the block has a length other than 0.
+    /// Whether the block has a length other than 0. H of lathes is none: it is a step of C, in degrees.
     pub fn has_length(&self) -> bool {
-        self.lengths.get() != 0
+        self.lengths.get() & !slots("h") != 0
     }
 
-    /// Whether a word is there, is not 0, and has turned out to be a length.
+    /// Whether the block has this word, as a length other than 0.
     pub fn is_length(&self, letter: char) -> bool {
         self.lengths.get() >> slot(letter) & 1 == 1
     }
