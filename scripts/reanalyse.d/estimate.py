@@ -13,7 +13,7 @@ FEW_T = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228]
 
 def student(freedom):
     """Student's 97.5 % quantile as the recipe has it."""
-    whole = math.floor(freedom)
+    whole = math.floor(freedom + 1e-9)
     if whole <= 10:
         return FEW_T[max(whole, 1) - 1]
     if math.isinf(freedom):

@@ -334,8 +334,7 @@ fn expansions(scenes: &[Strata<'_>], numbers: usize, statistic: &Statistic<'_>) 
     }
     let freedom = strata.iter().map(|clusters| clusters.len() as f64 - 1.0).sum::<f64>();
     let factor = |variances: Vec<(f64, f64)>| match over_strata(variances.into_iter()) {
-        // Of a single stratum the degrees are a whole number, and must not be rounded down to the next.
-        Some((freedom, lengthening, _)) => lengthening * student_95(freedom + 1e-9) / student_95(f64::INFINITY),
+        Some((freedom, lengthening, _)) => lengthening * student_95(freedom) / student_95(f64::INFINITY),
         None => expansion(freedom),
     };
     variances.into_iter().map(factor).collect()

@@ -111,12 +111,13 @@ pub fn weighted_quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     sorted.last().map_or(f64::NAN, |&(value, _)| value)
 }
 
-/// Student's 97.5 % quantile for at least 1 degree of freedom. Up to ten, degrees are rounded down to an integer. Above ten, the expansion
-/// about the normal quantile is used (Abramowitz and Stegun 1964, 26.7.5), correct there to three digits.
+/// Student's 97.5 % quantile for at least 1 degree of freedom. Up to ten, degrees are rounded down to an integer; what lacks less than 1e-9
+/// of one is that integer. Above ten, the expansion about the normal quantile is used (Abramowitz and Stegun 1964, 26.7.5), correct there to
+/// three digits.
 fn t_95(freedom: f64) -> f64 {
     const FEW: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
     let z = Z_95;
-    match freedom.floor() as usize {
+    match (freedom + 1e-9).floor() as usize {
         0 => FEW[0],
         n @ 1..=10 => FEW[n - 1],
         _ => {
@@ -151,10 +152,10 @@ pub fn student_tails(t: f64, freedom: f64) -> f64 {
 }
 
 /// The 95 % interval of a rate over lines, each given as (missed, contacts). The variance of a ratio over clusters (Cochran 1977, section
-/// 3.12) gives the number of independent contacts that the observed ones are worth, at most their own number; it is multiplied by
-/// (t(n - 1)/t(m - 1))² for n contacts on m lines, because the variance of few lines is uncertain, and the interval is Wilson's for the product
-/// (Korn and Graubard 1998, Survey Methodology 24). With none missed, the upper end is at most 3/m, where m is [`equal_lines`]; without lines the interval is
-/// [0, 1]. Lines that all miss the same share show no variance, and count as m contacts.
+/// 3.12) gives the number of independent contacts that the observed ones are worth, at most their own number n. It is multiplied by
+/// (t(n - 1)/t(k - 1))² for k lines with contacts, because the variance of few lines is uncertain, and is at least one. The interval is
+/// Wilson's for that number (Korn and Graubard 1998, Survey Methodology 24). With none missed, the upper end is at most 3/m, where m is
+/// [`equal_lines`]; without lines the interval is [0, 1]. Lines that all miss the same share show no variance, and count as m contacts.
 pub fn clustered_rate(lines: &[(u64, u64)]) -> (f64, f64) {
     let (missed, contacts) = lines.iter().fold((0, 0), |(m, n), (x, y)| (m + x, n + y));
     if contacts == 0 {
