@@ -87,6 +87,7 @@ fn summarise_case(
     let chunks: BTreeSet<u32> = samples.iter().map(|sample| sample.item).collect();
     let single = single_times(scene.singles.get(case).map_or(&[][..], Vec::as_slice), is_in);
     let percentile = |q: f64| (!single.is_empty()).then(|| stats::quantile(&single, q));
+    let weights = scene.weights(cell, queries.iter().map(|query| query.chunk));
     let tally = misses.in_workload(name, case, cell.workload);
     let (miss_rate_low, miss_rate_high) = tally.interval();
     Some(SummaryRow {
@@ -111,8 +112,8 @@ fn summarise_case(
         chunk_median_ns: stats::weighted_quantile(&times, 0.5),
         chunk_p95_ns: stats::weighted_quantile(&times, 0.95),
         chunk_max_ns: times.last().map_or(f64::NAN, |&(ns, _)| ns),
-        volume_tests: mean_count(scene, cell, &queries, Counter::Volume),
-        triangle_tests: mean_count(scene, cell, &queries, Counter::Triangle),
+        volume_tests: mean_count(&weights, &queries, Counter::Volume),
+        triangle_tests: mean_count(&weights, &queries, Counter::Triangle),
         contacts: tally.contacts(),
         missed: tally.missed(),
         miss_rate_low,
@@ -146,9 +147,8 @@ fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
     times
 }
 
-/// The mean count; NaN when nothing was counted.
-fn mean_count(scene: &Scene, cell: Cell<'_>, queries: &[Query], counter: Counter) -> f64 {
-    let weights = scene.weights(cell, queries.iter().map(|query| query.chunk));
+/// The mean count, by the weights of the chunks; NaN when nothing was counted.
+fn mean_count(weights: &BTreeMap<u32, f64>, queries: &[Query], counter: Counter) -> f64 {
     let (sum, total) = queries.iter().fold((0.0, 0.0), |(sum, total), query| {
         let weight = weights[&query.chunk];
         (sum + weight * query.count(counter) as f64, total + weight)

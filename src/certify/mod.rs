@@ -60,7 +60,7 @@ pub struct Doubt {
     pub line: u32,
     /// The parts.
     pub pair: Pair,
-    /// Fractions of the move, of its time where it is a dog-leg: first contact is between the two, or what is unresolved.
+    /// Fractions of the move, for a dog-leg of its time. The first contact, or the unresolved stretch, lies between them.
     pub within: [f64; 2],
     /// For a collision the travel between these fractions, mm; for any other stretch the clearance at which the search stopped, mm, and `None` where nothing bounds
     /// the way of the axes there.

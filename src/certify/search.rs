@@ -237,7 +237,7 @@ impl<'a> Search<'a> {
         };
         let pierced = places.into_iter().find_map(|place| Some((place, self.piercing_at(step, place)?)));
         if let Some((place, faces)) = pierced {
-            // How far it is there is known when all is that is unresolved on the step.
+            // `begin_hits` sets the way, once every unresolved interval of the step is known.
             self.push(at, step + 1.0, Finding::Hit { place, way_mm: f64::INFINITY, faces });
             return step + 1.0;
         }
@@ -297,8 +297,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The first contact may be wherever a step is unresolved: a hit begins with the first such interval of its step, and takes the place of all from there on.
-    /// Where nothing bounds the way from there to the contact, nothing is known of when it begins.
+    /// Moves the beginning of each hit to the first unresolved interval of its step, as the first contact may be there; the hit replaces all intervals from there on.
+    /// Where nothing bounds the way from there to the contact, the hit becomes unresolved.
     fn begin_hits(&mut self) {
         let mut entries: Vec<Entry> = Vec::with_capacity(self.entries.len());
         for mut entry in take(&mut self.entries) {

@@ -74,7 +74,8 @@ pub struct Options {
 #[derive(Args)]
 struct StockOptions {
     /// Depth to which contact with what is left of the workpiece is not told from touching, mm; `none` keeps the workpiece whole, and may miss a rapid through
-    /// it [default: 0.1, or a ten-thousandth of its longest side where that is more; five times that on lathes with driven tools]
+    /// it [default: 0.1, or a ten-thousandth of its longest side where that is more; five times that on lathes with driven tools; down to a quarter of it for
+    /// thin cutters that feed]
     #[arg(long, value_name = "MM", value_parser = cutting)]
     stock_resolution: Option<Cutting>,
     /// Write what may be left of the workpiece at the end (outer bound) as STL, in the frame of the workpiece's mesh: that of its file, or G54 for a box or
@@ -410,7 +411,7 @@ pub(super) fn not_examined(scene: &Scene, run: &ProgramRun, outcome: &Outcome) -
     unknown.chain(not_examined_of_scene(scene, outcome)).collect()
 }
 
-/// The same, but for what is not known of the program.
+/// The lines of [`not_examined`] that follow from the scene, without those from the notes on the program.
 fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     let as_drawn = |&part: &usize| {
         let Part { name, turns, .. } = &scene.parts[part];

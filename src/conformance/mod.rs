@@ -92,7 +92,7 @@ pub enum View {
     Exchanged,
     /// Both meshes are moved in their own frames, and the pose is changed accordingly.
     Moved,
-    /// The same, with a quaternion of a length other than 1.
+    /// As [`View::Moved`], with a quaternion of a length other than 1.
     Stretched,
 }
 

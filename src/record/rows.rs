@@ -448,7 +448,7 @@ pub struct SummaryRow {
     pub scene: String,
     /// Workload name.
     pub workload: String,
-    /// Stratum, or `all`: every pose of the workload alike, those of `recorded` by the shares of the recording's strata.
+    /// Stratum, or `all`: every pose of the workload alike; in `recorded`, each pair and stratum with its share of the recording.
     pub stratum: String,
     /// Variant id.
     pub variant: String,

@@ -181,7 +181,7 @@ pub struct ProgramFile {
     /// Position for tool changes by M6: axis letters, mm and degrees. When absent, tools change at the current position.
     #[serde(default)]
     pub tool_change: BTreeMap<String, Spanned<f64>>,
-    /// Origins of G54 to G59.3 in machine coordinates.
+    /// Origins in machine coordinates of G54 to G59.3, for Fanuc's and Haas's controls also of `G54.1P1` and on, for Haas's of `G154P1` and on.
     #[serde(default)]
     pub work_offsets: BTreeMap<String, Spanned<PositionFile>>,
     /// The tool table.

@@ -371,13 +371,15 @@ fn read_setup(
 ) -> Result<Setup, SceneError> {
     let mut setup = program::setup(file).map_err(|wrong| document.meaning(wrong))?;
     let check = |position: &Position, span: Range<usize>| {
-        let place = document.place(&span);
-        machine.check_limits(position).map_err(|cause| SceneError::OutOfLimits { place, cause })
+        let out_of_limits = |cause| SceneError::OutOfLimits { place: document.place(&span), cause };
+        machine.check_limits(position).map_err(out_of_limits)
     };
     // Where the machine stands without `start`, the program that needs it is to blame; without a home, the block that goes there.
     check(&setup.start, file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span))?;
     for (home, position) in [(&file.home, &setup.home), (&file.second_home, &setup.second_home)] {
-        home.as_ref().map(|home| check(position, home.span())).transpose()?;
+        if let Some(home) = home {
+            check(position, home.span())?;
+        }
     }
     setup.kinematics = tip.map(|tip| tip.kinematics(machine));
     Ok(setup)

@@ -261,7 +261,8 @@ pub struct Overrides {
     pub density: Option<f64>,
     /// Whether the scene's own program is not read, because another program will run under its setup.
     pub skips_program: bool,
-    /// Whether it is read and not run, because it will be run again under another setup ([`ProgramRun::again`]).
+    /// Whether the scene's own program is read but not run, because it will run under another setup ([`ProgramRun::again`]); those of `more` are then
+    /// not read.
     pub defers_program: bool,
 }
 

@@ -360,7 +360,7 @@ pub(super) fn run(
     sampling: Sampling,
 ) -> Result<ProgramRun, SceneError> {
     let program = rs274::interpret(source, &path, setup)?;
-    Ok(ProgramRun { file: path, hash, program, setup: setup.clone(), tip, start: setup.start, sampling })
+    Ok(ProgramRun { program, ..deferred("", path, hash, setup, tip, sampling) })
 }
 
 /// Returns the position if all of it is finite, and otherwise a message.

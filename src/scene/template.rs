@@ -10,7 +10,7 @@ use rs274::Axis;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Before a chain, what makes its machine a lathe; also the name of the lathe with a usual chain.
+/// Name of the lathe's template; with a colon, the prefix that marks a written chain as a lathe's.
 const LATHE: &str = "lathe";
 
 /// Distance by which the first program moves each axis, mm and degrees.
@@ -54,13 +54,13 @@ pub const TEMPLATES: [Template; 8] = [
 pub struct Chain {
     work: Vec<Axis>,
     tool: Vec<Axis>,
-    /// Whether programs give diameters and move in the ZX plane.
+    /// Whether the machine is a lathe: its programs begin in G18.
     is_lathe: bool,
 }
 
 impl Chain {
-    /// Finds a template's chain by its name, or parses a written chain. `lathe:` before it makes its machine a lathe, and so does the
-    /// chain of the template.
+    /// Finds a template's chain by its name, or parses a written chain. A written chain is a lathe's if `lathe:` stands before it, or if it
+    /// equals the chain of the lathe's template.
     ///
     /// # Errors
     /// A message that lists the templates.

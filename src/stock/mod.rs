@@ -424,8 +424,8 @@ impl TileRun<'_> {
         self.tile.contact(&Search { sweep, within_mm, only_whether, most, uncut })
     }
 
-    /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance. It is known to be deep somewhere: whether it is on
-    /// a part of the way counts as decided where it takes long.
+    /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance. A stretch that [`LONG`] questions do not decide
+    /// counts as deep.
     fn ends(&mut self, sweep: &Sweep) -> [f64; 2] {
         let (resolution_mm, tolerance_mm) = (self.resolution_mm, self.tolerance_mm);
         let mut is_deep = |from: f64, to: f64| self.search(&sweep.part(from, to), true, LONG).high > resolution_mm;

@@ -50,7 +50,7 @@ pub(super) struct Search<'a> {
     pub within_mm: f64,
     /// Whether it is enough to know that the depth may be more than that.
     pub only_whether: bool,
-    /// Questions before what is not decided counts as contact; of a mesh that does not turn [`TOO_LONG`] at most.
+    /// Questions after which what is undecided counts as contact. For a mesh that does not turn the limit is [`TOO_LONG`] at most, or [`SHORT`] after [`PATIENCE`].
     pub most: u64,
     pub uncut: &'a Blank,
 }
@@ -67,11 +67,11 @@ const MOST_TRACED: usize = 512;
 const CLOSE_PART: f64 = 0.05;
 /// Questions after which a depth that is certain is bounded no more closely: faces that are as deep everywhere have no deepest cell.
 pub(super) const LONG: u64 = 4_000;
-/// How many times the least depth is the greatest before bounds are closer. Where even that takes n times as many questions, they are n times as far apart.
+/// Greatest over least depth that is close enough in the first round. Past [`LONG`] questions it grows in proportion to the questions.
 const APART: f64 = 2.0;
-/// Questions before what is not decided counts as contact, where it is known that it may be, or each costs a search of a mesh that does not turn.
+/// Questions after which what is undecided counts as contact, when a depth is asked, or when the part is a mesh that does not turn: each question searches the mesh.
 pub(super) const TOO_LONG: u64 = 100_000;
-/// Questions of a tile that all such questions ask before `TOO_LONG` is [`SHORT`].
+/// Questions about meshes that do not turn, of one tile, after which [`SHORT`] replaces [`TOO_LONG`] for them.
 const PATIENCE: u64 = 200_000;
 const SHORT: u64 = 2_000;
 
@@ -106,9 +106,7 @@ pub(super) struct Tile {
     questions: u64,
     /// What that was when the present question of depth began.
     begun: u64,
-    /// Questions that it may ask at most.
-    most: u64,
-    /// How many times the least depth is the greatest that is close enough for now; 1 where it must be close.
+    /// Greatest over least depth that is close enough in this round; 1 in the last round, which goes by [`CLOSE_PART`].
     apart: f64,
     /// Questions that depths in meshes that do not turn took.
     of_meshes: u64,
@@ -176,7 +174,6 @@ impl Tile {
             sweeps: Vec::new(),
             questions: 0,
             begun: 0,
-            most: u64::MAX,
             apart: 1.0,
             of_meshes: 0,
         };
@@ -375,7 +372,7 @@ impl Tile {
         let (mut depth, cube) = (Depth::default(), self.cube());
         self.begun = self.questions;
         let is_of_mesh = search.sweep.is_of_mesh();
-        self.most = match is_of_mesh {
+        let most = match is_of_mesh {
             true if self.of_meshes > PATIENCE => SHORT,
             true => search.most.min(TOO_LONG),
             false => search.most,
@@ -384,7 +381,7 @@ impl Tile {
             let found = search.sweep.depth(&cube.centre, cube.half, &mut self.questions);
             // Of a part that may be anywhere in its body no depth is certain: whether it may be in contact is all that can be known.
             let is_vague = search.sweep.is_vague();
-            let search = Search { only_whether: search.only_whether || is_vague, ..*search };
+            let search = Search { only_whether: search.only_whether || is_vague, most, ..*search };
             depth = self.bounded(&cube, found, &search);
             if is_vague && depth.high > search.within_mm {
                 depth.high = -found.deep;
@@ -398,7 +395,7 @@ impl Tile {
         depth
     }
 
-    /// Bounds of the depth, closer each time until they are close, or that takes long.
+    /// Bounds of the depth, closer in each round, until they are close or [`LONG`] questions were asked.
     fn bounded(&mut self, cube: &Cube, found: Least, search: &Search<'_>) -> Depth {
         let mut depth = Depth { low: 0.0, high: f64::INFINITY };
         self.apart = APART;
@@ -423,7 +420,7 @@ impl Tile {
         self.questions - self.begun
     }
 
-    /// Whether closer bounds than are known take too long.
+    /// Whether a round after the first has asked too many questions.
     const fn is_late(&self) -> bool {
         self.apart < APART && self.asked() > LONG
     }
@@ -446,7 +443,7 @@ impl Tile {
         }
         let is_known = !search.only_whether && depth.low > 0.0 && self.apart > 1.0;
         let apart = self.apart * (self.asked() as f64 / LONG as f64).max(1.0);
-        let is_enough = is_known && at_most <= apart * depth.low.max(within) || self.asked() > self.most;
+        let is_enough = is_known && at_most <= apart * depth.low.max(within) || self.asked() > search.most;
         if at_most <= within || cell == MIXED || is_enough {
             depth.high = depth.high.max(at_most);
             return cell;

@@ -15,8 +15,8 @@ const OPPOSITE: f64 = 1e-9;
 
 /// The travel past first contact, mm, for every colliding pose of a path (consecutive poses of one cluster); `None` for a free pose. It is
 /// the smaller of two path lengths: since contact was last entered, and until contact is left. It is infinite when neither is known, as for
-/// a recording that never leaves contact, so an unknown depth counts as deep. A pose that lies wholly inside the solid has no depth, but the
-/// way past it is no way out: it neither enters nor leaves contact. `verdicts` holds the exact verdicts of the poses.
+/// a recording that never leaves contact, so an unknown depth counts as deep. Where one solid lies wholly inside the other, a pose has no
+/// depth, but contact is neither entered nor left there. `verdicts` holds the exact verdicts of the poses.
 ///
 /// Entry and exit are found by bisection, with exact verdicts at interpolated poses, between a free pose and its colliding neighbour. When
 /// contact changes more than once within that step, one of the changes is found. A path that starts in contact has no entry; one that ends

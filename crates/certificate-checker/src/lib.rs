@@ -58,8 +58,10 @@ struct Part {
 struct Stated {
     machine: Machine,
     parts: Vec<Part>,
-    /// Links and parts by their names.
-    named: [BTreeMap<String, usize>; 2],
+    /// Indices of the links by name.
+    link_numbers: BTreeMap<String, usize>,
+    /// Indices of the parts by name.
+    part_numbers: BTreeMap<String, usize>,
     inputs: Vec<(String, String)>,
     program: (String, String),
     /// Files beside the program's that it calls, with their hashes.
@@ -74,7 +76,7 @@ struct Current {
     is_cutting: bool,
     /// The place at which its last interval ended.
     at: f64,
-    /// The place at which its last interval that is open ended.
+    /// The end of its last `open` interval.
     open: f64,
     front: Vec<Plane>,
     /// Where a stretch of free intervals begins; whether it is known that neither part is inside the other on it.
@@ -115,7 +117,7 @@ type Checked<T = ()> = Result<T, String>;
 pub fn check(text: &str, scene: Option<&Path>, program: Option<&Path>, most_work: u64) -> Result<Report, Refusal> {
     let mut checker = Checker { work: Work(Cell::new(most_work)), ..Checker::default() };
     let world = Link { name: "-".to_owned(), parent: 0, pose: Pose::IDENTITY, joint: None };
-    checker.stated.named[0].insert(world.name.clone(), 0);
+    checker.stated.link_numbers.insert(world.name.clone(), 0);
     checker.stated.machine.links.push(world);
     let (mut count, mut length) = (0, 0);
     for line in text.split_inclusive('\n') {

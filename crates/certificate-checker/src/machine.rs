@@ -36,7 +36,7 @@ pub struct Step {
     pub line: u32,
     pub tool: u32,
     pub is_point: bool,
-    /// Whether the cutter may be in the workpiece: it feeds, or stands where it fed.
+    /// Whether the cutter may be in the workpiece: in a feed, or while it stands still after one.
     pub cuts: bool,
     /// Plane; centre and sweep.
     pub arc: Option<([usize; 2], [f64; 3])>,

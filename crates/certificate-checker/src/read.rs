@@ -61,11 +61,11 @@ pub fn axis(letter: &str) -> Result<usize, String> {
 
 impl Stated {
     pub(crate) fn link(&self, name: &str) -> Result<usize, String> {
-        self.named[0].get(name).copied().ok_or_else(|| format!("no link `{name}`"))
+        self.link_numbers.get(name).copied().ok_or_else(|| format!("no link `{name}`"))
     }
 
     pub(crate) fn part(&self, name: &str) -> Result<usize, String> {
-        self.named[1].get(name).copied().ok_or_else(|| format!("part `{name}` is missing"))
+        self.part_numbers.get(name).copied().ok_or_else(|| format!("part `{name}` is missing"))
     }
 
     pub(crate) fn line(&mut self, keyword: &str, words: &mut Words<'_>) -> Result<(), String> {
@@ -79,7 +79,7 @@ impl Stated {
             }
             "link" | "slide" | "turn" => {
                 let (name, parent, pose) = (words.name()?, self.link(&words.name()?)?, words.pose()?);
-                if self.named[0].insert(name.clone(), self.machine.links.len()).is_some() {
+                if self.link_numbers.insert(name.clone(), self.machine.links.len()).is_some() {
                     return Err(format!("link `{name}` was there before"));
                 }
                 let mut joint = None;
@@ -101,7 +101,7 @@ impl Stated {
             }
             "part" => {
                 let (name, link, role) = (words.name()?, self.link(&words.name()?)?, words.name()?);
-                if self.named[1].insert(name.clone(), self.parts.len()).is_some() {
+                if self.part_numbers.insert(name.clone(), self.parts.len()).is_some() {
                     return Err(format!("part `{name}` was there before"));
                 }
                 let is_of_none = words.0.clone().next() == Some("-");

@@ -55,7 +55,7 @@ struct Edge {
     face: u32,
 }
 
-/// The corners of a convex mesh, and the faces and edges of their convex hull: those of the mesh, where these are.
+/// The corners of a convex mesh, and the faces and edges of their convex hull. Where the faces of the mesh form the hull, they are kept.
 #[derive(Clone)]
 struct Solid {
     corners: Corners,
@@ -284,7 +284,7 @@ fn plane(
     Some(Plane { point: highest.1, normal, face: number })
 }
 
-/// The edges between the faces of the hull that are not parallel, or that no face of it has a normal.
+/// The edges between faces of the hull that are not parallel. Fails when no face of the hull has a normal.
 fn edges(mesh: &obbtree::Mesh, hull: &[[u32; 3]], planes: &[Option<Plane>]) -> Result<Vec<Edge>, String> {
     let across = neighbours(hull)?;
     // A face without a normal lies in an edge of two others, and counts as part of one of them.

@@ -72,13 +72,13 @@ impl Manager {
     }
 
     fn pose<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let pose = self.ask(py, |manager| manager.get(name).map(|(_, pose)| *pose));
+        let pose = self.held(py).get(name).map(|(_, pose)| *pose);
         let pose = pose.ok_or_else(|| PyKeyError::new_err(name.to_owned()))?;
         PyArray2::from_vec2(py, &matrix(&pose)).map_err(value_error)
     }
 
     fn collider(&self, py: Python<'_>, name: &str) -> PyResult<Collider> {
-        let collider = self.ask(py, |manager| manager.get(name).map(|(collider, _)| collider.clone()));
+        let collider = self.held(py).get(name).map(|(collider, _)| collider.clone());
         collider.map(Collider).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
     }
 
@@ -91,20 +91,20 @@ impl Manager {
     }
 
     fn is_ignored(&self, py: Python<'_>, name: &str, other: &str) -> bool {
-        self.ask(py, |manager| manager.is_ignored(name, other))
+        self.held(py).is_ignored(name, other)
     }
 
     #[getter]
     fn names(&self, py: Python<'_>) -> Vec<String> {
-        self.ask(py, |manager| manager.names().map(str::to_owned).collect())
+        self.held(py).names().map(str::to_owned).collect()
     }
 
     fn __len__(&self, py: Python<'_>) -> usize {
-        self.ask(py, obbtree::Manager::len)
+        self.held(py).len()
     }
 
     fn __contains__(&self, py: Python<'_>, name: &str) -> bool {
-        self.ask(py, |manager| manager.get(name).is_some())
+        self.held(py).get(name).is_some()
     }
 
     fn collides(&self, py: Python<'_>) -> bool {

@@ -99,7 +99,7 @@ def test_a_contact_that_is_told_as_clear_is_within_the_grid():
     assert 7e-9 < pierced(face, tip) < 9e-9
     a, b = (obbtree.Collider(obbtree.Mesh(corners, [[0, 1, 2]])) for corners in (face, tip))
     for one, other in ((a, b), (b, a)):
-        # Up to here documents may say no more than that verdicts are those of rounded vertices.
+        # A contact within the rounding of the vertices may be told as clear; `distance_below` at 2**-28 does not call it clear.
         assert not one.collides(other)
         assert one.distance_below(other, None, 2.0**-28 * np.abs(face).max()) is not None
 

@@ -34,7 +34,7 @@ mod tests;
 /// then comes nearer to an inside corner than the radius by at most radius x (1 - cos 0.05), an eighth of a percent of it.
 pub const SMOOTH_CORNER: f64 = 0.05;
 
-/// Fanuc's controls do not see the next move through so many blocks without one: parameter 19625 at its least.
+/// Number of blocks without a move behind which Fanuc's controls do not see the next move: parameter 19625 at its least.
 const BLIND_BLOCKS: usize = 2;
 
 /// Corners that turn by no more than this beyond a right angle, radians, are right angles.
@@ -82,7 +82,7 @@ struct Element {
     index: usize,
     curve: Curve,
     leads_in: bool,
-    /// The count of blocks at its own.
+    /// `Interpreter::nc_blocks` at the element's block.
     block: usize,
 }
 
@@ -95,7 +95,7 @@ struct Joint {
     round: [Option<Curve>; 3],
     /// What is left of the new element.
     curve: Curve,
-    /// Whether the control did not see the new element in time.
+    /// Whether the control sees the new element too late, and overcuts.
     is_blind: bool,
 }
 

@@ -109,7 +109,7 @@ pub struct Note {
     pub line: u32,
     /// How many further lines it is about.
     pub more: u32,
-    /// Whether the machine may do there what the moves do not show.
+    /// Whether the machine may do something else at this line than the moves show.
     pub is_unknown: bool,
     /// What it is.
     pub text: String,

@@ -12,7 +12,7 @@ use super::setup::MORE_OFFSETS;
 
 /// Origins of G54.1 P1 and on; the first have other numbers, too (`parameters`).
 const FURTHER_ORIGINS: usize = 14_001;
-/// LinuxCNC's orientations of Fanuc's tips, in whose figures X points the other way.
+/// LinuxCNC's orientation of each of Fanuc's tips, 0 to 9: X points the other way in Fanuc's figures than in LinuxCNC's.
 const ORIENTATIONS: [u8; 10] = [0, 4, 3, 2, 1, 5, 8, 7, 6, 9];
 /// Most coordinate systems behind G59.
 const MORE_SYSTEMS: i32 = MORE_OFFSETS as i32;

@@ -31,13 +31,13 @@ pub const FARTHEST: f64 = 1e9;
 /// `#<_vmajor>` and `#<_vminor>`: of the LinuxCNC whose meanings are followed.
 const LANGUAGE_VERSION: [f64; 2] = [2.9, 0.0];
 
-/// What T and Q of M61 may be.
+/// Numbers that T, and Q of M61, take; for messages.
 const TOOL_NUMBERS: &str = "a whole number from 0 to 99999";
 
 /// Most lines that are found wrong before a program is given up: many of them may be one error, or one line of a loop.
 const MOST_FAULTS: usize = 1000;
 
-/// Most different notes on one program, but for what is not known.
+/// Most different notes on one program. Notes on what the machine may do otherwise are given beyond that number, too.
 const MOST_NOTES: usize = 100;
 
 /// Note on the first length of a program that has not said its unit.
@@ -131,9 +131,9 @@ pub(super) struct Interpreter<'a> {
     pub offset_change: Values9,
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
-    /// Whether the reader knows the unit of lengths: by G20 or G21, by the setup, or by a note.
+    /// Whether the unit of lengths is known: from G20 or G21, the setup, or a note that was given.
     pub knows_units: bool,
-    /// Whether the reader knows if X words are diameters: by G7 or G8, by the control, or by a note.
+    /// Whether it is known if X words are diameters: from G7 or G8, the control, or a note that was given.
     pub knows_diameter: bool,
     pub control: Control,
     pub compensation: Compensation,
@@ -320,7 +320,7 @@ impl<'a> Interpreter<'a> {
         self.add_note(text, false);
     }
 
-    /// The same of what the machine may do otherwise than the moves show.
+    /// Notes that the machine may do something else here than the moves show. [`MOST_NOTES`] does not hold back such notes.
     pub fn note_unknown(&mut self, text: String) {
         self.add_note(text, true);
     }
@@ -371,24 +371,25 @@ impl<'a> Interpreter<'a> {
         self.set_modes(&values)?;
         self.obey_user_code(&values)?;
         self.obey_datum_codes(&values)?;
-        if let Some(code) = values.code(Group::Motion).filter(|code| follows_contour(code.number)) {
-            let next = self.contour_cycle(lines, table, &values, code, at)?;
-            self.obey_machine_codes(&values, true)?;
-            self.note_lengths(&values);
+        let behind_cycle = match values.code(Group::Motion) {
+            Some(code) if follows_contour(code.number) => Some(self.contour_cycle(lines, table, &values, code, at)?),
+            Some(code) if is_profile_cycle(code.number) => {
+                self.profile_cycle(lines, table, &values, code)?;
+                Some(at + 1)
+            }
+            _ => {
+                let first_move = self.moves.len();
+                self.obey_motion(&values)?;
+                self.note_start_of_spindle(&values, first_move);
+                None
+            }
+        };
+        self.obey_machine_codes(&values, true)?;
+        self.note_lengths(&values);
+        if let Some(next) = behind_cycle {
             values.check_all_used()?;
             return Ok(Next::Line(next));
         }
-        if let Some(code) = values.code(Group::Motion).filter(|code| is_profile_cycle(code.number)) {
-            self.profile_cycle(lines, table, &values, code)?;
-            self.note_lengths(&values);
-            values.check_all_used()?;
-            return Ok(Next::Line(at + 1));
-        }
-        let first_move = self.moves.len();
-        self.obey_motion(&values)?;
-        self.note_start_of_spindle(&values, first_move);
-        self.obey_machine_codes(&values, true)?;
-        self.note_lengths(&values);
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
             self.modes.spindle = Spindle::Still;
         }
@@ -484,10 +485,13 @@ impl<'a> Interpreter<'a> {
         parameters.system[9..18].copy_from_slice(&absolute);
         parameters.system[18..18 + state.len()].copy_from_slice(&state);
         if self.setup.dialect.is_fanuc_like() {
-            let of = |place: &Values9| std::array::from_fn(|i| in_units(i, place[i], true));
-            // Fanuc's end of a block has no compensation in it.
-            let end = if self.setup.dialect == Dialect::Fanuc { self.position } else { position };
-            let (end, now) = (of(&self.offsets.to_program(&end)), of(&self.reading(&position)));
+            let (end, now) = if self.setup.dialect == Dialect::Fanuc {
+                let of = |place: Values9| -> Values9 { std::array::from_fn(|i| in_units(i, place[i], true)) };
+                // Fanuc's end of a block has no compensation in it.
+                (of(self.offsets.to_program(&self.position)), of(self.reading(&position)))
+            } else {
+                (relative, relative)
+            };
             self.refresh_variables(&position, &end, &now);
             return;
         }
@@ -621,11 +625,11 @@ impl<'a> Interpreter<'a> {
         if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
     }
 
-    /// Notes that M3 or M4 of Fanuc's controls stands beside a move that cuts, the first of the block's being `first_move`.
+    /// Notes that M3 or M4 of Fanuc's controls stands beside a feed move; the block's moves begin at the index `first_move`.
     fn note_start_of_spindle(&mut self, values: &Values, first_move: usize) {
         let starts = matches!(values.number(Group::Spindle), Some(3 | 4)) && values.code(Group::ToolChange).is_none();
-        let cuts = |step: &Move| matches!(step.kind, MoveKind::Feed | MoveKind::Arc { .. });
-        if starts && self.setup.dialect == Dialect::Fanuc && self.moves.iter().skip(first_move).any(cuts) {
+        let feeds = |step: &Move| step.kind.is_feed();
+        if starts && self.setup.dialect == Dialect::Fanuc && self.moves.iter().skip(first_move).any(feeds) {
             self.note("M3 or M4 beside a feed move is taken to start the spindle before the move; on some machines it acts behind it".to_owned());
         }
     }

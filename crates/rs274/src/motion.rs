@@ -112,7 +112,7 @@ impl Interpreter<'_> {
         let step = self.take_step(values, axis).map(|value| (value, true));
         let column = |letter: Option<char>| letter.and_then(|letter| values.column(letter));
         let is_step_later = column(self.step_letter(axis)) > column(Some(axis.letter().to_ascii_lowercase()));
-        if is_step_later { step.or(word) } else { word.or(step) }
+        if is_step_later { step } else { word }
     }
 
     /// A length word in mm.

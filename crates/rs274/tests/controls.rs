@@ -340,40 +340,13 @@ fn on_lathes_g10_sets_offsets_nose_and_tip() {
         [("R0.4", [30.0, 10.0]), ("X-8.Z3.", [26.0, 8.0]), ("U2.W1.", [31.0, 11.0]), ("Z3.R0.4Q3", [30.0, 8.0])]
     {
         for (code, setup) in [("G10L10P12", &haas), ("G10L10P12", &lathe()), ("G10P10012", &lathe())] {
-            assert_end(
-                &format!(
-                    "{code}{words}
-T0112
-G0X60.Z5.
-M30"
-                ),
-                setup,
-                [x, 0.0, z],
-            );
+            assert_end(&format!("{code}{words}\nT0112\nG0X60.Z5.\nM30"), setup, [x, 0.0, z]);
         }
     }
     // Fanuc's tips 3 and 2 are LinuxCNC's 2 and 3: see the test of the nose.
-    let source = "T0112
-G0X40.Z-5.
-G42G1X20.Z-5.F1.S1M3
-Z-10.
-M30";
-    assert_end(
-        &format!(
-            "G10L10P12R0.8Q3
-{source}"
-        ),
-        &lathe(),
-        [10.0, 0.0, -5.0 - 0.8],
-    );
-    assert_end(
-        &format!(
-            "G10L10P12R0.4Q2
-{source}"
-        ),
-        &lathe(),
-        [10.0 + 0.8, 0.0, -5.0 - 0.4],
-    );
+    let source = "T0112\nG0X40.Z-5.\nG42G1X20.Z-5.F1.S1M3\nZ-10.\nM30";
+    assert_end(&format!("G10L10P12R0.8Q3\n{source}"), &lathe(), [10.0, 0.0, -5.0 - 0.8]);
+    assert_end(&format!("G10L10P12R0.4Q2\n{source}"), &lathe(), [10.0 + 0.8, 0.0, -5.0 - 0.4]);
     for (source, setup, text) in [
         ("G10P12Z3.", &lathe(), "a wear offset other than 0"),
         ("G10L11P12U0.1", &haas, "a wear offset other than 0"),
@@ -381,23 +354,10 @@ M30";
         ("G10P0Z3.", &lathe(), "the number of an offset"),
         ("G10L12P12R1.", &lathe(), "not supported"),
     ] {
-        let told = refused(
-            &format!(
-                "{source}
-M30"
-            ),
-            setup,
-        );
+        let told = refused(&format!("{source}\nM30"), setup);
         assert!(told.contains(text), "{source}: {told}");
     }
-    assert_end(
-        "G10L11P12X0Z0R0
-T0112
-G0X60.Z5.
-M30",
-        &lathe(),
-        [30.0, 0.0, 10.0],
-    );
+    assert_end("G10L11P12X0Z0R0\nT0112\nG0X60.Z5.\nM30", &lathe(), [30.0, 0.0, 10.0]);
 }
 
 #[test]

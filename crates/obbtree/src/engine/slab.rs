@@ -47,7 +47,7 @@ impl Slab {
         })
     }
 
-    /// Whether the slab lies between all triangles of the one and all of the other.
+    /// Whether the slab parts the two meshes: all triangles of one are below it, all of the other above.
     #[inline(never)]
     pub fn is_between<V: WideVolume>(&self, posed: &Posed<V>, waiting: Waiting) -> bool {
         let (of_a, of_b) = match waiting {
