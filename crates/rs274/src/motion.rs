@@ -223,7 +223,9 @@ impl Interpreter<'_> {
         let is_circle = matches!(self.modes.motion, Some(20 | 30)) && has_vector;
         let turns = self.has_tool_vectors && has_vector;
         let starts = values.number(Group::Motion).is_some_and(|code| code != CANCEL_CYCLE);
-        let moves = values.has_axis() || starts || is_circle || turns;
+        // H of lathes moves C by a step.
+        let has_axis = values.has_axis() || self.step_letter(Axis::C).is_some_and(|letter| values.has(letter));
+        let moves = has_axis || starts || is_circle || turns;
         if axes_taken || !moves {
             return Ok(());
         }
@@ -238,7 +240,7 @@ impl Interpreter<'_> {
         }
         match self.modes.motion.map(|code| if absolute && is_rapid_always { 0 } else { code }) {
             Some(code @ (0 | 10)) => {
-                if !values.has_axis() && !turns {
+                if !has_axis && !turns {
                     return Ok(());
                 }
                 if absolute {

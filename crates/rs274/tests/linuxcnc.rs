@@ -551,6 +551,11 @@ fn a_length_before_g20_and_g21_is_noted_unless_the_setup_has_its_unit() {
     // H of lathes is an angle: a step of C.
     let program = support::run("G0H90.\nM30", &Setup { dialect: Dialect::Fanuc, ..Setup::lathe() });
     assert!(!program.notes.iter().any(|note| note.text.contains("read as mm")), "{:?}", program.notes);
+    assert_eq!(
+        program.moves.iter().map(|step| step.end[Axis::C]).collect::<Vec<_>>(),
+        [90_f64.to_radians()],
+        "H alone is a move"
+    );
     assert_eq!("inch".parse::<Units>(), Ok(Units::Inch));
     assert!("inches".parse::<Units>().unwrap_err().contains("mm, inch"));
 }
