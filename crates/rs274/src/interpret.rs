@@ -430,7 +430,9 @@ impl<'a> Interpreter<'a> {
             Axis::X if halved && self.modes.diameter => 2.0 * value / self.modes.unit_mm(),
             _ => value / self.modes.unit_mm(),
         };
-        let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], true));
+        // LinuxCNC's places are radii under G7, too.
+        let halved = self.setup.dialect.is_fanuc_like();
+        let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
         let absolute: Values9 = std::array::from_fn(|i| in_units(i, position[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {

@@ -511,6 +511,14 @@ fn turning_cycles_say_what_they_cannot_cut() {
 }
 
 #[test]
+fn the_place_that_a_program_reads_is_a_radius_under_g7() {
+    for x in ["#<_x>", "#5420", "#<_abs_x>"] {
+        let source = format!("G18 G7 G0 X40\nG0 X{x}\nM2");
+        assert_near(end(&run(&source)), [10.0, 0.0, 0.0], &source);
+    }
+}
+
+#[test]
 fn a_lathe_begins_in_radii_and_a_note_says_so() {
     for (dialect, source, x, is_noted) in [
         (Dialect::LinuxCnc, "G0 X80", 80.0, true),
