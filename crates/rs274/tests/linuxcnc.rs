@@ -263,8 +263,9 @@ fn a_parameter_exists_or_not() {
 
 #[test]
 fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
-    // `/` ends a line, STEP goes on by 1 along X, and FOUR opens a loop of four rounds.
+    // `/` ends a line, STEP goes on by 1 along X, FOUR opens a loop of four rounds, STEPS one that counts them, and LEAVE may leave it.
     let spelled = |text: &str| {
+        let text = text.replace("STEPS", "o4 do / #2=[#2+1]").replace("LEAVE", "o6 if [#2 EQ 9] / o4 break / o6 endif");
         let text = text.replace("STEP", "G91 G0 X1 / G90").replace("FOUR", "#1=0 / o1 while [#1 LT 4] / #1=[#1+1]");
         format!("{}\nM2", text.replace(" / ", "\n"))
     };
@@ -288,6 +289,14 @@ fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
             [0.0, 1.0, 0.0],
         ),
         ("o1 do / o1 break / o1 while [1] / o4 do / #2=[#2+1] / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        // A `break` that is skipped over counts: below a `continue`, and in a `while` loop that ends by its condition. One above the `continue` does not.
+        ("STEPS / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / LEAVE / o4 while [#2 LT 4]", [0.0, 1.0, 0.0]),
+        ("STEPS / LEAVE / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        ("o1 while [0] / o1 break / o1 endwhile / STEPS / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 1.0, 0.0]),
+        (
+            "o1 while [#1 LT 2] / #1=[#1+1] / o3 if [0] / o1 break / o3 endif / o1 endwhile / STEPS / G0 Y#2 / o4 while [#2 LT 4]",
+            [0.0, 1.0, 0.0],
+        ),
         // A `continue` of a `do` loop makes the next `repeat` run twice, and the next `break` go on with its loop.
         ("o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 repeat [2] / STEP / o2 endrepeat", [4.0, 0.0, 0.0]),
         (
