@@ -248,8 +248,6 @@ fn coordinates_are_turned_scaled_and_mirrored() {
     assert_ends("G51X0Y0Z0P2000\nG0X3.Y1.\nG50\nX3.\nM30", &fanuc(), &[[6.0, 2.0, 0.0], [3.0, 2.0, 0.0]]);
     assert_ends("G51X0Y0Z0P2.\nG0X3.Y1.\nM30", &haas(), &[[6.0, 2.0, 0.0]]);
     assert_ends("G51.1X10.\nG0X3.Y1.\nG50.1X0\nX3.\nM30", &fanuc(), &[[17.0, 1.0, 0.0], [3.0, 1.0, 0.0]]);
-    // Mirrored, then turned: (3, 1) becomes (-3, 1), then (-1, -3).
-    assert_ends("G68X0Y0R90.\nG51.1X0\nG0X3.Y1.\nM30", &fanuc(), &[[-1.0, -3.0, 0.0]]);
     // A circle stays one: turned, larger, the other way round in a mirror.
     let arc = |source: &str| match run(source, &fanuc()).moves[1].kind {
         MoveKind::Arc { centre, sweep, .. } => (centre, sweep),
@@ -274,6 +272,43 @@ fn coordinates_are_turned_scaled_and_mirrored() {
         &fanuc(),
         &[[root, root, 0.0], [0.0, 10.0, 0.0], [1.0, 10.0, 0.0]],
     );
+}
+
+#[test]
+fn a_turn_goes_the_other_way_in_a_mirror() {
+    let told = "G68 turns mirrored coordinates";
+    for (setup, source, expected, is_noted) in [
+        // Turned to (-1, 3), mirrored to (1, 3); about (2, 0) to (1, 1), mirrored to (-1, 1).
+        (fanuc(), "G51.1X0\nG68X0Y0R90.", [1.0, 3.0], false),
+        (fanuc(), "G51.1X0\nG68X2.Y0R90.", [-1.0, 1.0], true),
+        (fanuc(), "G17G51.1Y0\nG68X2.Y0R90.", [1.0, -1.0], false),
+        // Two mirrors are half a turn, and that of the normal is none of the plane's.
+        (fanuc(), "G51.1X0Y0\nG68X0Y0R90.", [1.0, -3.0], false),
+        (fanuc(), "G51.1Z0\nG68X0Y0R90.", [-1.0, 3.0], false),
+        // About the tool, at (2, 0).
+        (fanuc(), "G51.1X0\nG0X-2.Y0\nG68R90.", [3.0, 5.0], false),
+        (fanuc(), "G51X0Y0Z0I-1.J1.K1.\nG68X0Y0R90.", [-1.0, -3.0], true),
+        (haas(), "G51.1X0\nG68X0Y0R90.", [1.0, 3.0], true),
+        (haas(), "G68X0Y0R90.\nG51.1X0", [-1.0, -3.0], true),
+    ] {
+        let program = run(&format!("{source}\nG0X3.Y1.\nM30"), &setup);
+        support::assert_near(*ends(&program).last().unwrap(), [expected[0], expected[1], 0.0], source);
+        let notes: Vec<_> = program.notes.iter().filter(|note| note.text.contains(told)).collect();
+        assert!(
+            notes.len() == usize::from(is_noted) && notes.iter().all(|note| note.is_unknown),
+            "{source}: {notes:?}"
+        );
+    }
+    for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50")] {
+        for mirror in ["G51.1X0", "G50.1X0"] {
+            let told = refused(&format!("{on}\n{mirror}\nG0X3.Y1.\nM30"), &fanuc());
+            assert!(
+                told.starts_with("bad.nc:2:1: ") && told.contains("a mirror set or ended"),
+                "{on} {mirror}: {told}"
+            );
+            run(&format!("{on}\n{off}{mirror}\nG0X3.Y1.\nM30"), &fanuc());
+        }
+    }
 }
 
 #[test]
