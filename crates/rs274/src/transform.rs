@@ -15,6 +15,9 @@ const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 /// Note on a turn in mirrored coordinates that manuals leave open.
 const MIRRORED_TURN: &str = "G68 turns mirrored coordinates: which way the control turns them, and about which point, is not known here; one way is followed";
 
+/// Note on the angle of a turn in G91, which a setting of the control may make a step.
+const STEP_OF_TURN: &str = "R of G68 in G91 is taken for the whole angle; with Fanuc's parameter 5400#0 (RIN) at 1, and Haas's Setting 73 ON, it adds to the angle before";
+
 /// What is in force of them, in program coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Transforms {
@@ -114,6 +117,10 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
         }
         let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
+        // From no angle both ways lead to the same. Haas's manuals do not say that G69 makes it one.
+        if self.modes.incremental && (self.transforms.turn.is_some() || self.setup.dialect == Dialect::Haas) {
+            self.note_unknown(STEP_OF_TURN.to_owned());
+        }
         let [first, second, normal] = self.modes.plane.axes();
         let mut centre = self.offsets.to_program(&self.position);
         let (mut reverses, mut is_beside) = (false, false);

@@ -312,6 +312,24 @@ fn a_turn_goes_the_other_way_in_a_mirror() {
 }
 
 #[test]
+fn the_angle_of_a_turn_in_g91_may_be_a_step() {
+    let told = "R of G68 in G91 is taken for the whole angle";
+    for (setup, source, lines) in [
+        (fanuc(), "G91G68X0Y0R90.\nG91G68X0Y0R90.\nG68X0Y0R90.", &[2, 3][..]),
+        (fanuc(), "G91G68X0Y0R90.\nG69\nG68X0Y0R90.", &[]),
+        (fanuc(), "G68X0Y0R90.\nG90G68X0Y0R90.", &[]),
+        (haas(), "G91G68X0Y0R90.\nG69\nG68X0Y0R90.", &[1, 3]),
+    ] {
+        let program = run(&format!("{source}\nG90G0X3.Y1.\nM30"), &setup);
+        support::assert_near(ends(&program)[0], [-1.0, 3.0, 0.0], source);
+        let noted: Vec<_> =
+            program.notes.iter().filter(|note| note.text.starts_with(told) && note.is_unknown).collect();
+        let found = noted.first().map(|note| (note.line, note.more as usize + 1));
+        assert_eq!(found, lines.first().map(|&line| (line, lines.len())), "{source}: {:?}", program.notes);
+    }
+}
+
+#[test]
 fn another_zero_in_turned_scaled_or_mirrored_coordinates() {
     for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50"), ("G51.1X0", "G50.1")] {
         for zero in ["G92X0Y0", "G52X1.", "G55", "G54.1P2"] {
