@@ -129,6 +129,8 @@ pub(super) struct Interpreter<'a> {
     pub numbers: OffsetNumbers,
     /// By how much tool offsets have changed since each axis was last sent somewhere, on Fanuc's controls.
     pub offset_change: Values9,
+    /// Axes that G69 has turned back on Fanuc's controls and that nothing has sent to a place since.
+    pub turned_back: [bool; 9],
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
     /// Whether the unit of lengths is known: from G20 or G21, the setup, or a note that was given.
@@ -216,6 +218,7 @@ impl<'a> Interpreter<'a> {
             selected_tool: setup.tool,
             numbers: OffsetNumbers::default(),
             offset_change: [0.0; 9],
+            turned_back: [false; 9],
             waiting_tool: None,
             knows_units: setup.units.is_some(),
             knows_diameter: setup.plane != Plane::Zx || setup.dialect != Dialect::LinuxCnc,

@@ -133,6 +133,7 @@ impl Interpreter<'_> {
                 program[i] = if is_step { program[i] + value } else { value };
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
+                self.note_step_behind_turn(i, is_step.then_some(value));
             }
         }
         let from = self.offsets.to_program(&self.position);
@@ -175,10 +176,19 @@ impl Interpreter<'_> {
     /// Where axis words in machine coordinates lead: G53.
     fn absolute_target(&mut self, values: &Values) -> Values9 {
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
-        for (change, _) in self.offset_change.iter_mut().zip(words).filter(|(_, word)| word.is_some()) {
-            *change = 0.0;
+        for (i, _) in words.iter().enumerate().filter(|(_, word)| word.is_some()) {
+            (self.offset_change[i], self.turned_back[i]) = (0.0, false);
         }
         std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
+    }
+
+    /// Notes a step of an axis that G69 has turned back, where Fanuc's manuals want a place first; without a step the axis goes to a place.
+    pub(super) fn note_step_behind_turn(&mut self, axis: usize, step: Option<f64>) {
+        self.turned_back[axis] &= step.is_some();
+        if self.turned_back[axis] && step != Some(0.0) {
+            let note = "the first move of an axis behind G69 is a step (G91), where Fanuc's controls need a place (G90): from where the step counts is not known";
+            self.note_unknown(note.to_owned());
+        }
     }
 
     pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {

@@ -67,7 +67,10 @@ impl Interpreter<'_> {
                 682 => self.tilt(values, code)?,
                 _ => {
                     self.untransform(code)?;
-                    self.transforms.turn = None;
+                    if self.transforms.turn.take().is_some() && self.setup.dialect == Dialect::Fanuc {
+                        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+                        (self.turned_back[first], self.turned_back[second]) = (true, true);
+                    }
                     self.transform(code)?;
                 }
             }

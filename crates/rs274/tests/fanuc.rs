@@ -330,6 +330,32 @@ fn the_angle_of_a_turn_in_g91_may_be_a_step() {
 }
 
 #[test]
+fn the_first_move_behind_g69_is_to_a_place() {
+    let told = "the first move of an axis behind G69 is a step";
+    for (setup, source, is_noted) in [
+        (fanuc(), "G91G0X5.", true),
+        (fanuc(), "G0X1.\nG91Y5.", true),
+        (fanuc(), "G91G81X5.Z-1.R0F100", true),
+        (fanuc(), "G91G28X5.", true),
+        (fanuc(), "G0X1.Y1.\nG91X5.", false),
+        (fanuc(), "G91G0Z5.", false),
+        (fanuc(), "G53X1.Y1.\nG91X5.", false),
+        (fanuc(), "G91G28X0Y0\nX5.", false),
+        (fanuc(), "G81X1.Y1.Z-1.R0F100\nG91X5.", false),
+        (haas(), "G91G0X5.", false),
+    ] {
+        let program = run(&format!("G68X0Y0R90.\nG0X10.Y0\nG69\n{source}\nM30"), &setup);
+        let noted: Vec<_> = program.notes.iter().filter(|note| note.text.starts_with(told)).collect();
+        assert!(
+            noted.len() == usize::from(is_noted) && noted.iter().all(|note| note.is_unknown),
+            "{source}: {noted:?}"
+        );
+    }
+    // No turn has ended.
+    assert!(!run("G69G91\nG0X5.\nM30", &fanuc()).notes.iter().any(|note| note.text.starts_with(told)));
+}
+
+#[test]
 fn another_zero_in_turned_scaled_or_mirrored_coordinates() {
     for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50"), ("G51.1X0", "G50.1")] {
         for zero in ["G92X0Y0", "G52X1.", "G55", "G54.1P2"] {
