@@ -497,6 +497,10 @@ impl Interpreter<'_> {
         let label = whole(number).filter(|&number| number >= 0);
         let label = label.ok_or_else(|| values.fault('p', Cause::Range("P", "a macro's number")))?;
         let times = values.take_whole('l', 1..=1_000_000, "L", "a whole number from 1 to 1000000")?.unwrap_or(1);
+        let columns = ['i', 'j', 'k'].map(|letter| values.column(letter)).into_iter().flatten();
+        if !columns.is_sorted() {
+            return Err(code.fault(Cause::NotAllowed(SECOND_ARGUMENTS)));
+        }
         let mut arguments = [f64::NAN; 26];
         for (letter, value) in values.words() {
             if let Some(variable) = ARGUMENTS.iter().find(|entry| entry.0 == letter) {
@@ -508,6 +512,9 @@ impl Interpreter<'_> {
         line.map(Next::Line).map_err(|cause| values.fault('p', cause))
     }
 }
+
+/// Why I, J and K of G65 must stand in their order, and once.
+pub(super) const SECOND_ARGUMENTS: &str = "I, J and K of G65 out of their order, or twice: the control takes argument specification II, in which they are other variables";
 
 /// The local variable that each word of G65 sets.
 const ARGUMENTS: [(char, usize); 20] = [

@@ -160,6 +160,17 @@ fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     for source in ["G90G65P9010Z1.\nM30\nO9010\nM99", "G65P9010M30.\nM30\nO9010\nM99"] {
         assert!(refused(source, &fanuc()).contains("another code beside G65"), "{source}");
     }
+    // I, J and K in their order, of which some may be missing; else they are other variables.
+    let macro_of = |words: &str| format!("G65P9010{words}\nM30\nO9010\nG0X#4Y#5Z#6\nM99");
+    for setup in [fanuc(), haas()] {
+        assert_ends(&macro_of("I20.A1.J30.K10."), &setup, &[[20.0, 30.0, 10.0]]);
+        assert_ends(&macro_of("K10."), &setup, &[[0.0, 0.0, 10.0]]);
+        for words in ["K10.I20.J30.", "I20.K10.J30.", "J30.A1.I20.", "I1.J2.K3.I4.", "I1.I2."] {
+            let told = refused(&macro_of(words), &setup);
+            assert!(told.starts_with("bad.nc:1:") && told.contains("argument specification II"), "{words}: {told}");
+        }
+    }
+    assert!(refused("G65P9010A1.A2.\nM30\nO9010\nM99", &fanuc()).contains("word given twice"));
     // Haas calls lines of the same program.
     let local = "G91\nM97P100L2\nM30\nN100G0X1.\nM99";
     assert_ends(local, &haas(), &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
