@@ -696,6 +696,9 @@ impl<'a> Interpreter<'a> {
             Some(_) => (self.modes.mist, self.modes.flood) = (false, false),
             None => {}
         }
+        if values.number(Group::Signal) == Some(own::ASK_OPERATOR) {
+            self.ask_operator(values)?;
+        }
         // Inputs and outputs of a controller that is not there.
         if values.code(Group::Signal).is_some() {
             for letter in ['p', 'e', 'l', 'q'] {

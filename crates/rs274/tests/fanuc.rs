@@ -146,6 +146,22 @@ fn variables_that_the_control_keeps_must_be_set() {
 }
 
 #[test]
+fn what_m109_asks_the_operator_is_not_what_the_program_wrote_before() {
+    let source = "#10501=0\nM109P10501(1 FINISHES)\nIF[#10501EQ49]GOTO100\nG0X10.\nM30\nN100G0X50.\nM30";
+    let told = refused(source, &haas());
+    assert!(told.starts_with("bad.nc:3:4: nothing has set this variable") && told.ends_with("`#10501`"), "{told}");
+    for (key, x) in [(49.0, 50.0), (48.0, 10.0)] {
+        let setup = Setup { parameters: [("10501".to_owned(), key)].into(), ..haas() };
+        assert_ends(source, &setup, &[[x, 0.0, 0.0]]);
+    }
+    // What the program writes afterwards counts; on Fanuc's controls M109 is the builder's.
+    assert_ends("M109P10501\n#10501=7.\nG0X#10501\nM30", &haas(), &[[7.0, 0.0, 0.0]]);
+    assert_ends("#501=7.\nM109P501\nG0X#501\nM30", &fanuc(), &[[7.0, 0.0, 0.0]]);
+    assert!(refused("M109\nM30", &haas()).contains("bad.nc:1:1: P, the variable"));
+    assert!(refused("M109P5041\nM30", &haas()).contains("bad.nc:1:5: parameter does not exist"));
+}
+
+#[test]
 fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
     assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
