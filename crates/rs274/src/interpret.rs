@@ -239,7 +239,11 @@ impl<'a> Interpreter<'a> {
         let blocks = &source.blocks;
         let table = match FlowTable::of(blocks, source.own_lines()) {
             Ok(table) => table,
-            Err(error) => return std::iter::once(error).chain(source.unread_lines()).collect(),
+            Err(error) => {
+                // Its cause may be a line that cannot be read.
+                let error = Some(error).filter(|_| !source.hides_flow);
+                return error.into_iter().chain(source.unread_lines()).collect();
+            }
         };
         let mut errors: Vec<(usize, Fault)> = Vec::new();
         let mut wrong = BTreeSet::new();
