@@ -6,7 +6,7 @@ use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
 use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
-use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
+use super::feed::{Travel, travel};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, Group, Values};
 use super::offsets::{Similar, Values9};
@@ -292,8 +292,10 @@ impl Interpreter<'_> {
     pub(super) fn probe(&mut self, values: &Values) -> Result<(), Fault> {
         let target = self.target(values);
         let start = self.position;
-        let length = travel_squared(&start, &target).sqrt();
-        let back = if length > NO_TRAVEL_MM { self.setup.probe_stops_short_mm / length } else { 0.0 };
+        let back = match travel(&start, &target) {
+            Travel::Along(length) => self.setup.probe_stops_short_mm / length,
+            Travel::Turning(_) => 0.0,
+        };
         self.feed_to(std::array::from_fn(|i| target[i] + back * (start[i] - target[i])), values)?;
         self.note_probe();
         let ends = match self.modes.motion {
@@ -371,11 +373,10 @@ impl Interpreter<'_> {
 
     /// The feed rate of an arc in axis positions.
     fn arc_feed(&self, circle: &Circle, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
-        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        let [first, second, normal] = self.modes.plane.axes().map(|axis| axis as usize);
         let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
-        let mut along = travel_squared(&self.position, target);
-        along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
-        self.feed_for(Travel::Along((radius * circle.sweep).hypot(along.max(0.0).sqrt())), target, values)
+        let along = target[normal] - self.position[normal];
+        self.feed_for(Travel::Along((radius * circle.sweep).hypot(along)), target, values)
     }
 
     /// An arc whose plane is none of the machine's, or that is no circle there: straight feeds that leave it by no more than

@@ -215,6 +215,25 @@ fn arcs_within_linuxcncs_tolerance_are_spirals() {
 }
 
 #[test]
+fn a_feed_rate_is_that_of_x_y_and_z_where_they_move() {
+    for (source, minutes) in [
+        ("F100 G1 X100 U100", 1.0),
+        ("F100 G1 Z30 Y40 W-900 A90", 0.5),
+        ("F100 G1 U30 V40 A90", 0.5),
+        ("F100 G1 A100", 1.0),
+        ("F100 G3 X0 Y0 I10 W500", TAU / 10.0),
+        ("F100 G3 X0 Y0 I10 Z20 W500", (TAU / 10.0).hypot(0.2)),
+        ("G93 G1 X100 U100 F2", 0.5),
+        ("G93 G3 X0 Y0 I10 W500 F2", 0.5),
+    ] {
+        let program = run(&format!("{source}\nM2"));
+        let step = &program.moves[0];
+        let found = rs274::path::length(&rs274::Position::default(), step) / step.feed_mm_min.unwrap();
+        assert!((found - minutes).abs() < 1e-9, "{source}: {found}");
+    }
+}
+
+#[test]
 fn a_full_circle_needs_its_centre_alone() {
     let program = run("G0 X10\nG3 I-10 F100\nI-5\nM2");
     let sweeps: Vec<f64> = program.moves[1..]
