@@ -164,6 +164,17 @@ fn the_way_takes_as_long_as_its_slowest_axis() {
 }
 
 #[test]
+fn a_feed_takes_as_long_as_x_y_and_z_need_for_it() {
+    let side = "name = \"side\"\njoint = { axis = \"U\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"cross\"\nparent = \"side\"\n";
+    let text = CUBES.replacen("name = \"cross\"\n", side, 1);
+    for (program, seconds) in [("G1 X100 U100 F100\nM2", 60.0), ("G1 U50 F100\nM2", 30.0)] {
+        let scene = scene(&text, program);
+        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+        assert!((path.duration_s() - seconds).abs() < 1e-9, "{program}: {}", path.duration_s());
+    }
+}
+
+#[test]
 fn times_and_fractions_along_a_program() {
     // 50 mm down at 100 mm/s; 2 s of rest; 20 mm at 10 mm/s, which X may; 30 mm at 5 mm/s, though 10 are asked for.
     let text = format!("{CUBES}feed_limits = {{ Z = 300 }}\n");

@@ -292,6 +292,7 @@ impl Interpreter<'_> {
         program[normal] = height;
         for &(axis, word) in places {
             if let Some(value) = word {
+                self.note_step_behind_turn(axis, self.modes.incremental.then_some(value));
                 program[axis] = if self.modes.incremental { program[axis] + value } else { value };
             }
         }

@@ -353,6 +353,7 @@ impl Interpreter<'_> {
             self.rapid_to(between)?;
         }
         self.offset_change = std::array::from_fn(|i| if goes(i) { 0.0 } else { change[i] });
+        self.turned_back = std::array::from_fn(|i| self.turned_back[i] && !goes(i));
         let cancels_length = self.setup.dialect == Dialect::Haas && base == HOME;
         if cancels_length && self.tip_mm.is_some() {
             let why = "G28 under tool-centre-point control or in a tilted plane, whose tool length it cancels";

@@ -149,6 +149,8 @@ pub(super) mod own {
     pub const MACRO_CALL: i32 = 650;
     /// M97: a call to a line of the same program.
     pub const LOCAL_CALL: i32 = 97;
+    /// M109: the operator is asked for a variable.
+    pub const ASK_OPERATOR: i32 = 109;
     /// G76 of mills: boring with a step aside at the bottom.
     pub const FINE_BORE: i32 = 761;
     /// G50 S of lathes: the greatest spindle speed.
@@ -205,6 +207,7 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
 pub(super) fn fanuc_m(number: i32, dialect: Dialect) -> Meaning {
     match number {
         97 if dialect == Dialect::Haas => Meaning::Code(Group::Subprogram, own::LOCAL_CALL),
+        109 if dialect == Dialect::Haas => Meaning::Code(Group::Signal, own::ASK_OPERATOR),
         // Clamps, chucks, tailstocks, conveyors, coolant, gears, doors, lights, chips, probes, rigid tapping: the builder's, not the axes'.
         10..=18
         | 20..=29

@@ -141,9 +141,9 @@ pub enum Cause {
     /// A parameter that does not exist.
     #[error("parameter does not exist")]
     UnknownParameter,
-    /// A variable that the control keeps from one program to the next, and that nothing has set.
+    /// A variable that the control keeps from one program to the next or that M109 asks the operator for, and that nothing has set.
     #[error(
-        "nothing has set this variable, which the control keeps from one program to the next: set it in the program, or give its value (`--variable NUMBER=VALUE`)"
+        "nothing has set this variable, which the control keeps from one program to the next or M109 asks the operator for: set it in the program, or give its value (`--variable NUMBER=VALUE`)"
     )]
     UnsetVariable,
     /// A parameter that programs may not set.

@@ -71,6 +71,15 @@ impl Interpreter<'_> {
         values.take(letter).map(|value| if counts { value / 1000.0 } else { value })
     }
 
+    /// Haas's M109: the operator's key goes into the variable of P, whatever the program has put there before.
+    pub(super) fn ask_operator(&mut self, values: &Values) -> Result<(), Fault> {
+        let missing =
+            || values.fault_at(Group::Signal, Cause::Missing("P, the variable that the operator's key goes into,"));
+        let number = values.take('p').ok_or_else(missing)?;
+        let given = self.setup.parameters.get(&format!("{number}")).copied();
+        self.parameters.ask(number, given).map_err(|cause| values.fault('p', cause))
+    }
+
     /// T of a lathe, as in T0101: the tool, and the number of its offset, which holds from now on.
     pub(super) fn call_lathe_tool(&mut self, values: &Values) -> Result<(), Fault> {
         let range = "a tool and its offset, as in T0101";

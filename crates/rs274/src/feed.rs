@@ -14,10 +14,13 @@ use std::f64::consts::TAU;
 /// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
 pub(super) const NO_TRAVEL_MM: f64 = 1e-9;
 
-/// How far a move goes as feed rates mean it.
+/// The axes of which the first that move are those that feed rates are of, before the rotary ones.
+pub(super) const LINEAR_TRIPLES: [[Axis; 3]; 2] = [[Axis::X, Axis::Y, Axis::Z], [Axis::U, Axis::V, Axis::W]];
+
+/// How far a move goes as feed rates mean it; see [`super::path::length`].
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Travel {
-    /// Of the linear axes, mm.
+    /// Of linear axes, mm.
     Along(f64),
     /// Of the rotary ones, degrees, when no other moves.
     Turning(f64),
@@ -91,19 +94,12 @@ fn mean_of_greater(slope: f64, from: f64, to: f64, least: f64) -> f64 {
     (integral(to) - integral(from)) / (to - from)
 }
 
-pub(super) fn travel_squared(from: &Values9, to: &Values9) -> f64 {
-    let linear = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary());
-    linear.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum()
-}
-
 /// How far a straight move goes.
 pub(super) fn travel(from: &Values9, to: &Values9) -> Travel {
-    let linear = travel_squared(from, to).sqrt();
-    if linear > NO_TRAVEL_MM {
-        return Travel::Along(linear);
-    }
-    let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
-    Travel::Turning(rotary.map(|axis| (to[axis as usize] - from[axis as usize]).powi(2)).sum::<f64>().sqrt())
+    let change = |axis: Axis| to[axis as usize] - from[axis as usize];
+    let norm = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
+    let along = LINEAR_TRIPLES.into_iter().map(norm).find(|&length| length > NO_TRAVEL_MM);
+    along.map_or_else(|| Travel::Turning(norm([Axis::A, Axis::B, Axis::C])), Travel::Along)
 }
 
 #[cfg(test)]

@@ -129,6 +129,8 @@ pub(super) struct Interpreter<'a> {
     pub numbers: OffsetNumbers,
     /// By how much tool offsets have changed since each axis was last sent somewhere, on Fanuc's controls.
     pub offset_change: Values9,
+    /// Axes that G69 has turned back on Fanuc's controls and that nothing has sent to a place since.
+    pub turned_back: [bool; 9],
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
     /// Whether the unit of lengths is known: from G20 or G21, the setup, or a note that was given.
@@ -216,6 +218,7 @@ impl<'a> Interpreter<'a> {
             selected_tool: setup.tool,
             numbers: OffsetNumbers::default(),
             offset_change: [0.0; 9],
+            turned_back: [false; 9],
             waiting_tool: None,
             knows_units: setup.units.is_some(),
             knows_diameter: setup.plane != Plane::Zx || setup.dialect != Dialect::LinuxCnc,
@@ -236,7 +239,11 @@ impl<'a> Interpreter<'a> {
         let blocks = &source.blocks;
         let table = match FlowTable::of(blocks, source.own_lines()) {
             Ok(table) => table,
-            Err(error) => return std::iter::once(error).chain(source.unread_lines()).collect(),
+            Err(error) => {
+                // Its cause may be a line that cannot be read.
+                let error = Some(error).filter(|_| !source.hides_flow);
+                return error.into_iter().chain(source.unread_lines()).collect();
+            }
         };
         let mut errors: Vec<(usize, Fault)> = Vec::new();
         let mut wrong = BTreeSet::new();
@@ -430,7 +437,9 @@ impl<'a> Interpreter<'a> {
             Axis::X if halved && self.modes.diameter => 2.0 * value / self.modes.unit_mm(),
             _ => value / self.modes.unit_mm(),
         };
-        let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], true));
+        // LinuxCNC's places are radii under G7, too.
+        let halved = self.setup.dialect.is_fanuc_like();
+        let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
         let absolute: Values9 = std::array::from_fn(|i| in_units(i, position[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {
@@ -690,6 +699,9 @@ impl<'a> Interpreter<'a> {
             Some(8) => self.modes.flood = true,
             Some(_) => (self.modes.mist, self.modes.flood) = (false, false),
             None => {}
+        }
+        if values.number(Group::Signal) == Some(own::ASK_OPERATOR) {
+            self.ask_operator(values)?;
         }
         // Inputs and outputs of a controller that is not there.
         if values.code(Group::Signal).is_some() {

@@ -2,10 +2,11 @@
 //!
 //! Groups as in NISTIR 6556, table 4, with LinuxCNC's additions. Two codes of one group in one block are an error.
 
-use super::block::Block;
+use super::block::{Block, Word};
 use super::canonical::Plane;
 use super::dialect::{CodeName, Meaning, fanuc_g, fanuc_m, own};
 use super::error::{Cause, Fault};
+use super::oword::SECOND_ARGUMENTS;
 use super::parameters::Parameters;
 use super::setup::Setup;
 use std::cell::Cell;
@@ -218,7 +219,7 @@ impl Values {
                 }
                 let entry = &mut values.letters[slot(word.letter)];
                 if entry.is_some() {
-                    return Err(fault(Cause::DuplicateWord));
+                    return Err(fault(duplicate(block, word.letter, setup)));
                 }
                 let lacks_point = setup.dialect.is_fanuc_like() && word.lacks_point && number != 0.0;
                 if lacks_point && "xyzabcuvwijr".contains(word.letter) {
@@ -512,6 +513,15 @@ fn words_of_noted(name: CodeName) -> &'static str {
 /// Whether axis words in the block of a code that moves no axis are its own.
 fn owns_axis_words(name: CodeName) -> bool {
     matches!(name.to_string().as_str(), "G5" | "G5.1" | "G22")
+}
+
+/// What is wrong with a letter that stands twice in a block.
+fn duplicate(block: &Block, letter: char, setup: &Setup) -> Cause {
+    let is_call = |word: &Word| word.letter == 'g' && word.value.literal() == Some(65.0);
+    if setup.dialect.is_fanuc_like() && "ijk".contains(letter) && block.words.iter().any(is_call) {
+        return Cause::NotAllowed(SECOND_ARGUMENTS);
+    }
+    Cause::DuplicateWord
 }
 
 fn unsupported(letter: char, number: f64) -> Cause {

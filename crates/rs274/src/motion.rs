@@ -6,7 +6,7 @@ use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
 use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
-use super::feed::{NO_TRAVEL_MM, Travel, travel, travel_squared};
+use super::feed::{Travel, travel};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, Group, Values};
 use super::offsets::{Similar, Values9};
@@ -133,6 +133,7 @@ impl Interpreter<'_> {
                 program[i] = if is_step { program[i] + value } else { value };
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
+                self.note_step_behind_turn(i, is_step.then_some(value));
             }
         }
         let from = self.offsets.to_program(&self.position);
@@ -175,10 +176,19 @@ impl Interpreter<'_> {
     /// Where axis words in machine coordinates lead: G53.
     fn absolute_target(&mut self, values: &Values) -> Values9 {
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
-        for (change, _) in self.offset_change.iter_mut().zip(words).filter(|(_, word)| word.is_some()) {
-            *change = 0.0;
+        for (i, _) in words.iter().enumerate().filter(|(_, word)| word.is_some()) {
+            (self.offset_change[i], self.turned_back[i]) = (0.0, false);
         }
         std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
+    }
+
+    /// Notes a step of an axis that G69 has turned back, where Fanuc's manuals want a place first; without a step the axis goes to a place.
+    pub(super) fn note_step_behind_turn(&mut self, axis: usize, step: Option<f64>) {
+        self.turned_back[axis] &= step.is_some();
+        if self.turned_back[axis] && step != Some(0.0) {
+            let note = "the first move of an axis behind G69 is a step (G91), where Fanuc's controls need a place (G90): from where the step counts is not known";
+            self.note_unknown(note.to_owned());
+        }
     }
 
     pub(super) fn obey_motion(&mut self, values: &Values) -> Result<(), Fault> {
@@ -284,8 +294,10 @@ impl Interpreter<'_> {
     pub(super) fn probe(&mut self, values: &Values) -> Result<(), Fault> {
         let target = self.target(values);
         let start = self.position;
-        let length = travel_squared(&start, &target).sqrt();
-        let back = if length > NO_TRAVEL_MM { self.setup.probe_stops_short_mm / length } else { 0.0 };
+        let back = match travel(&start, &target) {
+            Travel::Along(length) => self.setup.probe_stops_short_mm / length,
+            Travel::Turning(_) => 0.0,
+        };
         self.feed_to(std::array::from_fn(|i| target[i] + back * (start[i] - target[i])), values)?;
         self.note_probe();
         let ends = match self.modes.motion {
@@ -363,11 +375,10 @@ impl Interpreter<'_> {
 
     /// The feed rate of an arc in axis positions.
     fn arc_feed(&self, circle: &Circle, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
-        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        let [first, second, normal] = self.modes.plane.axes().map(|axis| axis as usize);
         let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
-        let mut along = travel_squared(&self.position, target);
-        along -= (target[first] - self.position[first]).powi(2) + (target[second] - self.position[second]).powi(2);
-        self.feed_for(Travel::Along((radius * circle.sweep).hypot(along.max(0.0).sqrt())), target, values)
+        let along = target[normal] - self.position[normal];
+        self.feed_for(Travel::Along((radius * circle.sweep).hypot(along)), target, values)
     }
 
     /// An arc whose plane is none of the machine's, or that is no circle there: straight feeds that leave it by no more than

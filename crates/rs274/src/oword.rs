@@ -6,7 +6,8 @@
 //!
 //! Loops that are left from inside run on as in LinuxCNC 2.9 (`interp_o_word.cc`). The count of a `repeat` stays until it has run out, though `return`,
 //! or `break` or `continue` of a loop around it, has left the loop: the next time it counts on. A `continue` is remembered until the end of a `while`
-//! or `repeat` loop is next skipped to, which then begins again; a `break`, until the `while` of a `do` loop is next reached, which then ends.
+//! or `repeat` loop is next skipped to, which then begins again; a `break`, until the `while` of a `do` loop is next reached, which then ends. A `break`
+//! that is only skipped over, on the way to the end of its loop, is remembered as well.
 
 use super::block::{Block, Flow, Keyword, Label};
 use super::dialect::{Dialect, own};
@@ -32,6 +33,8 @@ struct Links {
     next: usize,
     /// The line that closes the construct.
     end: usize,
+    /// The last `break` of a loop.
+    last_break: Option<usize>,
 }
 
 /// Where control goes from each line.
@@ -53,6 +56,7 @@ struct Open<'a> {
     keyword: Keyword,
     line: usize,
     branches: Vec<usize>,
+    last_break: Option<usize>,
 }
 
 fn flow_fault(flow: &Flow, cause: Cause) -> Fault {
@@ -105,7 +109,7 @@ impl FlowTable {
                 if keyword == Keyword::Sub {
                     self.define(label, line)?;
                 }
-                open.push(Open { label, keyword, line, branches: vec![line] });
+                open.push(Open { label, keyword, line, branches: vec![line], last_break: None });
             }
             Keyword::ElseIf | Keyword::Else => match open.last_mut() {
                 Some(entry) if innermost == Some(Keyword::If) => entry.branches.push(line),
@@ -121,9 +125,12 @@ impl FlowTable {
             Keyword::Break | Keyword::Continue => {
                 // Of a `repeat` they are errors on LinuxCNC.
                 let is_loop = |k| matches!(k, Keyword::While | Keyword::Do);
-                let enclosing = open.iter().rev().find(|entry| entry.label == label && is_loop(entry.keyword));
-                self.links[line].open =
-                    enclosing.ok_or(Cause::Flow("is in no `while` or `do` loop with this label"))?.line;
+                let enclosing = open.iter_mut().rev().find(|entry| entry.label == label && is_loop(entry.keyword));
+                let entry = enclosing.ok_or(Cause::Flow("is in no `while` or `do` loop with this label"))?;
+                self.links[line].open = entry.line;
+                if keyword == Keyword::Break {
+                    entry.last_break = Some(line);
+                }
             }
             // Of two programs of one number the first is found, as on LinuxCNC, which reads a file from its start.
             Keyword::Label => {
@@ -158,9 +165,9 @@ impl FlowTable {
         let Some(entry) = open.pop() else { return };
         for (i, &branch) in entry.branches.iter().enumerate() {
             let next = entry.branches.get(i + 1).copied().unwrap_or(line);
-            self.links[branch] = Links { open: entry.line, next, end: line };
+            self.links[branch] = Links { open: entry.line, next, end: line, last_break: entry.last_break };
         }
-        self.links[line] = Links { open: entry.line, next: line, end: line };
+        self.links[line] = Links { open: entry.line, next: line, end: line, last_break: None };
     }
 }
 
@@ -252,7 +259,7 @@ impl Interpreter<'_> {
                 if holds && !breaks { links.open + 1 } else { at + 1 }
             }
             Keyword::While if self.condition(flow)? => at + 1,
-            Keyword::While => self.skip_loop(table, lines, at),
+            Keyword::While => self.skip_loop(table, lines, at, at),
             Keyword::EndWhile | Keyword::EndRepeat => links.open,
             Keyword::Repeat => {
                 let times = flow.arguments[0].number(&self.parameters)?.round();
@@ -262,23 +269,21 @@ impl Interpreter<'_> {
                     return Ok(at + 1);
                 }
                 self.control.repeats.remove(&at);
-                self.skip_loop(table, lines, at)
+                self.skip_loop(table, lines, at, at)
             }
-            Keyword::Break => {
-                self.control.breaks = true;
-                self.skip_loop(table, lines, links.open)
-            }
+            Keyword::Break => self.skip_loop(table, lines, at, links.open),
             Keyword::Continue => {
                 self.control.continues = true;
-                self.skip_loop(table, lines, links.open)
+                self.skip_loop(table, lines, at, links.open)
             }
         })
     }
 
-    /// The line to go on with when control skips to the end of the loop that begins at line `open`: of a `do` loop its `while`; else the line behind, or
-    /// the loop's begin where a `continue` is remembered.
-    fn skip_loop(&mut self, table: &FlowTable, lines: &Lines, open: usize) -> usize {
-        let end = table.links[open].end;
+    /// The line to go on with when control skips from the line `from` to the end of the loop that begins at line `open`: of a `do` loop its `while`; else
+    /// the line behind, or the loop's begin where a `continue` is remembered. A `break` of the loop on the way, or at `from`, is remembered.
+    fn skip_loop(&mut self, table: &FlowTable, lines: &Lines, from: usize, open: usize) -> usize {
+        let Links { end, last_break, .. } = table.links[open];
+        self.control.breaks |= last_break >= Some(from);
         let is_do = matches!(&lines[open], Ok(Block { flow: Some(Flow { keyword: Keyword::Do, .. }), .. }));
         if is_do {
             end
@@ -492,6 +497,10 @@ impl Interpreter<'_> {
         let label = whole(number).filter(|&number| number >= 0);
         let label = label.ok_or_else(|| values.fault('p', Cause::Range("P", "a macro's number")))?;
         let times = values.take_whole('l', 1..=1_000_000, "L", "a whole number from 1 to 1000000")?.unwrap_or(1);
+        let columns = ['i', 'j', 'k'].map(|letter| values.column(letter)).into_iter().flatten();
+        if !columns.is_sorted() {
+            return Err(code.fault(Cause::NotAllowed(SECOND_ARGUMENTS)));
+        }
         let mut arguments = [f64::NAN; 26];
         for (letter, value) in values.words() {
             if let Some(variable) = ARGUMENTS.iter().find(|entry| entry.0 == letter) {
@@ -503,6 +512,9 @@ impl Interpreter<'_> {
         line.map(Next::Line).map_err(|cause| values.fault('p', cause))
     }
 }
+
+/// Why I, J and K of G65 must stand in their order, and once.
+pub(super) const SECOND_ARGUMENTS: &str = "I, J and K of G65 out of their order, or twice: the control takes argument specification II, in which they are other variables";
 
 /// The local variable that each word of G65 sets.
 const ARGUMENTS: [(char, usize); 20] = [

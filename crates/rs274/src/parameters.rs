@@ -23,7 +23,7 @@ const MAX_VARIABLE: usize = 19_999;
 /// Value of a variable that holds none: Fanuc's `#0`.
 const VACANT: f64 = f64::NAN;
 
-/// Value of a variable that the control keeps from one program to the next, and that nothing has set: reading it is an error.
+/// Value of a variable that the control keeps from one program to the next or asks the operator for, and that nothing has set: reading it is an error.
 const UNSET: f64 = f64::NEG_INFINITY;
 
 /// Value of a system variable that is not modelled: reading it is an error.
@@ -212,6 +212,14 @@ impl Parameters {
         } else {
             return Err(Cause::NotAllowed("writing a system variable other than origins of work coordinates"));
         }
+        Ok(())
+    }
+
+    /// `#number`, which must be a common variable, is what the operator enters: `given`, or unset.
+    pub fn ask(&mut self, number: f64, given: Option<f64>) -> Result<(), Cause> {
+        let index =
+            self.index(number).filter(|&index| is_common(index, self.is_haas)).ok_or(Cause::UnknownParameter)?;
+        self.numbered[index] = given.unwrap_or(UNSET);
         Ok(())
     }
 

@@ -5,6 +5,7 @@
 //! and stops where it arrives, one after another, as controllers do that do not interpolate G0.
 
 use super::canonical::{Axis, Move, MoveKind, Position};
+use super::feed::{LINEAR_TRIPLES, NO_TRAVEL_MM};
 use super::interpret::Program;
 use thiserror::Error;
 
@@ -169,22 +170,19 @@ fn point_at(start: &Position, step: &Move, end: &Position, fraction: f64) -> Pos
     point
 }
 
-/// Length of a move as feed rates mean it: mm along the path of the linear axes, or, for a move that only turns, degrees.
+/// Length of a move as feed rates mean it: mm along the path of X, Y and Z; where none of them moves, of U, V and W; where none of these moves,
+/// degrees. The other axes arrive at the same time (LinuxCNC, "Feed Rate"). Of an arc it is that of the arc and of the axis normal to its plane.
 #[must_use]
 pub fn length(start: &Position, step: &Move) -> f64 {
     let change = |axis: Axis| step.end[axis] - start[axis];
-    let norm = |axes: &[Axis]| axes.iter().map(|&axis| change(axis).powi(2)).sum::<f64>().sqrt();
+    let norm = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     if let MoveKind::Arc { plane, centre, sweep } = step.kind {
         let [first, second, normal] = plane.axes();
         let radius = (start[first] - centre[0]).hypot(start[second] - centre[1]);
-        let others: Vec<Axis> =
-            Axis::ALL.into_iter().filter(|a| !a.is_rotary() && *a != first && *a != second).collect();
-        debug_assert!(others.contains(&normal));
-        return (radius * sweep).hypot(norm(&others));
+        return (radius * sweep).hypot(change(normal));
     }
-    let linear: Vec<Axis> = Axis::ALL.into_iter().filter(|axis| !axis.is_rotary()).collect();
-    let along = norm(&linear);
-    if along > 1e-9 { along } else { norm(&[Axis::A, Axis::B, Axis::C]).to_degrees() }
+    let along = LINEAR_TRIPLES.into_iter().map(norm).find(|&length| length > NO_TRAVEL_MM);
+    along.unwrap_or_else(|| norm([Axis::A, Axis::B, Axis::C]).to_degrees())
 }
 
 /// Radii that differ by less than this, mm, do so by rounding, and leave a circle by no more.
@@ -448,9 +446,12 @@ mod tests {
         let cut = |from: &Position, of: &Move, sampling| pieces(from, of, &of.end, &sampling);
         let by_mm = Sampling { step_mm: 1.0, ..COARSE };
         assert_eq!(cut(&Position::default(), &step(MoveKind::Feed, end), by_mm), 7);
-        // U, V, W are a second triple: 24 mm, and in all the length is 25; A does not count beside them.
+        // U, V, W are a second triple: 24 mm, which count in the length where X, Y and Z stand still; A does not count beside them.
         (end[Axis::V], end[Axis::A]) = (24.0, 1.0);
-        assert!((length(&Position::default(), &step(MoveKind::Feed, end)) - 25.0).abs() < 1e-12);
+        assert!((length(&Position::default(), &step(MoveKind::Feed, end)) - 7.0).abs() < 1e-12);
+        let mut beside = at([2.0, 3.0, 6.0]);
+        beside[Axis::A] = 2.0;
+        assert!((length(&beside, &step(MoveKind::Feed, end)) - 24.0).abs() < 1e-12);
         assert_eq!(cut(&Position::default(), &step(MoveKind::Feed, end), by_mm), 24);
         // Turns of 90 and 45 degrees: the larger decides how many samples, both the length.
         let mut turned = Position::default();

@@ -51,6 +51,8 @@ pub(super) struct Source {
     own: usize,
     /// In Fanuc's and Haas's, M98 and G65 call files.
     dialect: Dialect,
+    /// Whether a line that cannot be read may have an O-word, DO or END, which another line then lacks.
+    pub hides_flow: bool,
 }
 
 /// How files of Fanuc's programs end.
@@ -61,7 +63,8 @@ impl Source {
     /// The file to blame and its line, when a subroutine's file cannot be read or makes too many lines.
     pub fn of(text: &[String], file: &Path, parse: Parse, dialect: Dialect) -> Result<Self, (PathBuf, u32, Cause)> {
         let range = program_lines(text, parse, dialect).map_err(|(line, cause)| (file.to_owned(), line, cause))?;
-        let mut source = Self { blocks: Vec::new(), files: vec![(file.to_owned(), 0)], own: range.end, dialect };
+        let files = vec![(file.to_owned(), 0)];
+        let mut source = Self { blocks: Vec::new(), files, own: range.end, dialect, hides_flow: false };
         source.add(text, range, parse);
         // The program ends here, whatever stands behind.
         source.blocks.push(parse("M2"));
@@ -72,7 +75,12 @@ impl Source {
     /// Adds the lines up to the range's end; those before it are empty.
     fn add(&mut self, lines: &[String], range: Range<usize>, parse: Parse) {
         self.blocks.extend((0..range.start).map(|_| Ok(Block::default())));
-        self.blocks.extend(lines[range].iter().map(|line| parse(line)));
+        for line in &lines[range] {
+            let block = parse(line);
+            self.hides_flow |=
+                block.is_err() && (line.contains(['o', 'O']) || line.to_ascii_lowercase().contains("en"));
+            self.blocks.push(block);
+        }
     }
 
     fn add_called_files(&mut self, folder: &Path, parse: Parse) -> Result<(), (PathBuf, u32, Cause)> {

@@ -1,14 +1,22 @@
-//! Turned (G68), scaled (G51), mirrored (G51.1, Haas's G101) and polar (G16) coordinates of Fanuc's and Haas's controls.
+//! Turned (G68), scaled (G51), mirrored (G51.1) and polar (G16) coordinates of Fanuc's and Haas's controls.
 //!
-//! A program's point is mirrored first, then scaled, then turned, as Fanuc's manuals have it.
+//! A program's point is mirrored first, then scaled, then turned, as Fanuc's manuals have it. In a plane that G51.1 mirrors along one axis G68 turns the
+//! other way. Of the turn where G51 mirrors, and of Haas's mirrors beside a turn, the manuals say nothing.
 
 use super::affine::Affine;
 use super::canonical::{Axis, Plane};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
 
 const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+
+/// Note on a turn in mirrored coordinates that manuals leave open.
+const MIRRORED_TURN: &str = "G68 turns mirrored coordinates: which way the control turns them, and about which point, is not known here; one way is followed";
+
+/// Note on the angle of a turn in G91, which a setting of the control may make a step.
+const STEP_OF_TURN: &str = "R of G68 in G91 is taken for the whole angle; with Fanuc's parameter 5400#0 (RIN) at 1, and Haas's Setting 73 ON, it adds to the angle before";
 
 /// What is in force of them, in program coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,7 +24,7 @@ pub(super) struct Transforms {
     /// Where the mirror of each axis stands.
     mirrors: [Option<f64>; 3],
     scale: Option<Affine>,
-    /// The factors of `scale`, sizes alone.
+    /// The factors of `scale`.
     factors: Option<[f64; 3]>,
     turn: Option<Affine>,
 }
@@ -29,12 +37,12 @@ impl Transforms {
 
     /// Whether X, Y and Z are scaled differently.
     pub fn is_uneven(&self) -> bool {
-        self.factors.is_some_and(|[x, y, z]| x != y || y != z)
+        self.factors.is_some_and(|factors| factors.iter().any(|factor| factor.abs() != factors[0].abs()))
     }
 
     /// By how much lengths along X, Y or Z grow.
     pub fn factor(&self, axis: usize) -> f64 {
-        self.factors.and_then(|factors| factors.get(axis).copied()).unwrap_or(1.0)
+        self.factors.and_then(|factors| factors.get(axis).copied()).map_or(1.0, f64::abs)
     }
 
     /// All of them in one.
@@ -59,7 +67,10 @@ impl Interpreter<'_> {
                 682 => self.tilt(values, code)?,
                 _ => {
                     self.untransform(code)?;
-                    self.transforms.turn = None;
+                    if self.transforms.turn.take().is_some() && self.setup.dialect == Dialect::Fanuc {
+                        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+                        (self.turned_back[first], self.turned_back[second]) = (true, true);
+                    }
                     self.transform(code)?;
                 }
             }
@@ -89,36 +100,49 @@ impl Interpreter<'_> {
                 code.fault(Cause::NotAllowed("turned, scaled or mirrored coordinates in a tilted plane (G68.2)"))
             );
         }
+        let Transforms { mirrors, factors, turn, .. } = &self.transforms;
+        let is_haas = self.setup.dialect == Dialect::Haas;
+        let is_open = |axis: &Axis| {
+            let axis = *axis as usize;
+            (is_haas && mirrors[axis].is_some()) || factors.is_some_and(|factors| factors[axis] < 0.0)
+        };
+        if turn.is_some() && self.modes.plane.axes()[..2].iter().any(is_open) {
+            self.note_unknown(MIRRORED_TURN.to_owned());
+        }
         self.offsets.local = self.transforms.affine();
         Ok(())
     }
 
-    /// G68: by R degrees about the point of the plane's two axis words, which G51 scales, or about where the tool is.
+    /// G68: by R degrees about the point of the plane's two axis words, which G51.1 mirrors and G51 scales, or about where the tool is. Where G51.1
+    /// mirrors one axis of the plane, the turn goes the other way.
     fn turn_coordinates(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         if ['i', 'j', 'k'].iter().any(|&letter| values.has(letter)) {
             return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
         }
         let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
+        // From no angle both ways lead to the same. Haas's manuals do not say that G69 makes it one.
+        if self.modes.incremental && (self.transforms.turn.is_some() || self.setup.dialect == Dialect::Haas) {
+            self.note_unknown(STEP_OF_TURN.to_owned());
+        }
         let [first, second, normal] = self.modes.plane.axes();
-        let mut here = self.offsets.to_program(&self.position);
-        let mut named = here;
-        let words = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
-        for (axis, word) in words {
-            named[axis] = word.unwrap_or(named[axis]);
+        let mut centre = self.offsets.to_program(&self.position);
+        let (mut reverses, mut is_beside) = (false, false);
+        for axis in [first, second] {
+            let (at, word) = (axis as usize, self.take_axis(values, axis));
+            let mirror = self.transforms.mirrors[at];
+            reverses ^= mirror.is_some();
+            is_beside |= word.is_some() && mirror.is_some() && word != mirror;
+            centre[at] = word.unwrap_or(centre[at]);
         }
-        // A turn is about a point of the scaled coordinates. Those of the tool are mirrored, too.
-        let Transforms { scale, .. } = &self.transforms;
-        for part in [self.transforms.mirror().as_ref(), scale.as_ref()].into_iter().flatten() {
-            part.apply(&mut here);
+        if is_beside && self.setup.dialect == Dialect::Fanuc {
+            self.note_unknown(MIRRORED_TURN.to_owned());
         }
-        if let Some(scale) = scale {
-            scale.apply(&mut named);
+        for part in [self.transforms.mirror(), self.transforms.scale.clone()].into_iter().flatten() {
+            part.apply(&mut centre);
         }
-        let mut centre = [0.0; 3];
-        for (axis, word) in words {
-            centre[axis] = if word.is_some() { named[axis] } else { here[axis] };
-        }
-        self.transforms.turn = Some(Affine::rotation(normal as usize, degrees, centre));
+        let degrees = if reverses { -degrees } else { degrees };
+        let [x, y, z, ..] = centre;
+        self.transforms.turn = Some(Affine::rotation(normal as usize, degrees, [x, y, z]));
         self.transform(code)
     }
 
@@ -132,24 +156,29 @@ impl Interpreter<'_> {
         let about = LINEAR.map(|axis| self.take_axis(values, axis).unwrap_or(here[axis as usize]));
         // Without a decimal point Fanuc's factors count thousandths.
         let factor = |letter: char| {
-            let counts = self.setup.dialect == super::dialect::Dialect::Fanuc && !values.has_point(letter);
+            let counts = self.setup.dialect == Dialect::Fanuc && !values.has_point(letter);
             values.take(letter).map(|value| if counts { value / 1000.0 } else { value })
         };
         let whole = factor('p');
         // Haas's scale has one factor.
-        let has_three = self.setup.dialect == super::dialect::Dialect::Fanuc;
+        let has_three = self.setup.dialect == Dialect::Fanuc;
         let factors = match (whole, if has_three { ['i', 'j', 'k'].map(factor) } else { [None; 3] }) {
             (Some(whole), [None, None, None]) => [whole; 3],
             (None, [None, None, None]) => return Err(code.fault(Cause::Missing("P, or I, J and K, the scale,"))),
             (_, factors) => factors.map(|factor| factor.unwrap_or(1.0)),
         };
         let scale = Affine::scale(factors, about).ok_or_else(|| code.fault(Cause::Range("a scale", "other than 0")))?;
-        (self.transforms.scale, self.transforms.factors) = (Some(scale), Some(factors.map(f64::abs)));
+        (self.transforms.scale, self.transforms.factors) = (Some(scale), Some(factors));
         self.transform(code)
     }
 
     /// G51.1: the named axes are mirrored where their words say; G50.1 ends that for the named axes, or all.
     fn mirror(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        let is_scaled = self.transforms.scale.is_some() && values.number(Group::Scale) != Some(500);
+        if self.setup.dialect == Dialect::Fanuc && (is_scaled || self.transforms.turn.is_some()) {
+            let why = "a mirror set or ended while coordinates are scaled or turned, on Fanuc's controls; cancel that first (G69, G50)";
+            return Err(code.fault(Cause::NotAllowed(why)));
+        }
         let words = LINEAR.map(|axis| self.take_axis(values, axis));
         let any = words.iter().any(Option::is_some);
         if code.number == 511 && !any {

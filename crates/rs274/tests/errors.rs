@@ -27,6 +27,24 @@ fn all_errors_that_stand_alone_are_told_at_once() {
 }
 
 #[test]
+fn a_line_that_cannot_be_read_is_not_missing_elsewhere() {
+    for (dialect, source, lines) in [
+        (Dialect::LinuxCnc, "o1 if [atan[1] gt 0]\nG0 X1\no1 else\nG0 X2\no1 endif\nM2", &[1][..]),
+        (Dialect::LinuxCnc, "O1 WHILE [#1 LT 1\nG0 X1\nO1 ENDWHILE\nM2", &[1]),
+        (Dialect::LinuxCnc, "o1 if [1]\nG0 X1\no1 endif !\nM2", &[3]),
+        (Dialect::Fanuc, "WHILE[#1LT3]DO1!\nEND1\nM30", &[1]),
+        (Dialect::Fanuc, "DO1\nEND1!\nM30", &[2]),
+        // What has no such word hides none.
+        (Dialect::LinuxCnc, "G0 X1 !\no1 endif\nM2", &[2, 1]),
+    ] {
+        let setup = Setup { dialect, ..Setup::default() };
+        let error = interpret(source, Path::new("bad.nc"), &setup).expect_err(source);
+        let told: Vec<u32> = std::iter::once(&error).chain(error.others()).map(|error| error.line).collect();
+        assert_eq!(told, lines, "{error}");
+    }
+}
+
+#[test]
 fn the_number_of_errors_has_a_bound() {
     let source: String = (0..5000).map(|i| format!("M{}\n", 200 + i % 700)).collect();
     let error = error_of(&source);

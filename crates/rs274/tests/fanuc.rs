@@ -146,6 +146,22 @@ fn variables_that_the_control_keeps_must_be_set() {
 }
 
 #[test]
+fn what_m109_asks_the_operator_is_not_what_the_program_wrote_before() {
+    let source = "#10501=0\nM109P10501(1 FINISHES)\nIF[#10501EQ49]GOTO100\nG0X10.\nM30\nN100G0X50.\nM30";
+    let told = refused(source, &haas());
+    assert!(told.starts_with("bad.nc:3:4: nothing has set this variable") && told.ends_with("`#10501`"), "{told}");
+    for (key, x) in [(49.0, 50.0), (48.0, 10.0)] {
+        let setup = Setup { parameters: [("10501".to_owned(), key)].into(), ..haas() };
+        assert_ends(source, &setup, &[[x, 0.0, 0.0]]);
+    }
+    // What the program writes afterwards counts; on Fanuc's controls M109 is the builder's.
+    assert_ends("M109P10501\n#10501=7.\nG0X#10501\nM30", &haas(), &[[7.0, 0.0, 0.0]]);
+    assert_ends("#501=7.\nM109P501\nG0X#501\nM30", &fanuc(), &[[7.0, 0.0, 0.0]]);
+    assert!(refused("M109\nM30", &haas()).contains("bad.nc:1:1: P, the variable"));
+    assert!(refused("M109P5041\nM30", &haas()).contains("bad.nc:1:5: parameter does not exist"));
+}
+
+#[test]
 fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     assert_eq!(xs("M98P1000\nM30\nO1000\nG91G0X1.\nM99"), [1.0]);
     assert_eq!(xs("G91\nM98P31000\nM30\nO1000\nG0X1.\nM99"), [1.0, 2.0, 3.0]);
@@ -160,6 +176,17 @@ fn subprograms_are_called_by_number_with_repeats_and_arguments() {
     for source in ["G90G65P9010Z1.\nM30\nO9010\nM99", "G65P9010M30.\nM30\nO9010\nM99"] {
         assert!(refused(source, &fanuc()).contains("another code beside G65"), "{source}");
     }
+    // I, J and K in their order, of which some may be missing; else they are other variables.
+    let macro_of = |words: &str| format!("G65P9010{words}\nM30\nO9010\nG0X#4Y#5Z#6\nM99");
+    for setup in [fanuc(), haas()] {
+        assert_ends(&macro_of("I20.A1.J30.K10."), &setup, &[[20.0, 30.0, 10.0]]);
+        assert_ends(&macro_of("K10."), &setup, &[[0.0, 0.0, 10.0]]);
+        for words in ["K10.I20.J30.", "I20.K10.J30.", "J30.A1.I20.", "I1.J2.K3.I4.", "I1.I2."] {
+            let told = refused(&macro_of(words), &setup);
+            assert!(told.starts_with("bad.nc:1:") && told.contains("argument specification II"), "{words}: {told}");
+        }
+    }
+    assert!(refused("G65P9010A1.A2.\nM30\nO9010\nM99", &fanuc()).contains("word given twice"));
     // Haas calls lines of the same program.
     let local = "G91\nM97P100L2\nM30\nN100G0X1.\nM99";
     assert_ends(local, &haas(), &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
@@ -248,8 +275,6 @@ fn coordinates_are_turned_scaled_and_mirrored() {
     assert_ends("G51X0Y0Z0P2000\nG0X3.Y1.\nG50\nX3.\nM30", &fanuc(), &[[6.0, 2.0, 0.0], [3.0, 2.0, 0.0]]);
     assert_ends("G51X0Y0Z0P2.\nG0X3.Y1.\nM30", &haas(), &[[6.0, 2.0, 0.0]]);
     assert_ends("G51.1X10.\nG0X3.Y1.\nG50.1X0\nX3.\nM30", &fanuc(), &[[17.0, 1.0, 0.0], [3.0, 1.0, 0.0]]);
-    // Mirrored, then turned: (3, 1) becomes (-3, 1), then (-1, -3).
-    assert_ends("G68X0Y0R90.\nG51.1X0\nG0X3.Y1.\nM30", &fanuc(), &[[-1.0, -3.0, 0.0]]);
     // A circle stays one: turned, larger, the other way round in a mirror.
     let arc = |source: &str| match run(source, &fanuc()).moves[1].kind {
         MoveKind::Arc { centre, sweep, .. } => (centre, sweep),
@@ -274,6 +299,87 @@ fn coordinates_are_turned_scaled_and_mirrored() {
         &fanuc(),
         &[[root, root, 0.0], [0.0, 10.0, 0.0], [1.0, 10.0, 0.0]],
     );
+}
+
+#[test]
+fn a_turn_goes_the_other_way_in_a_mirror() {
+    let told = "G68 turns mirrored coordinates";
+    for (setup, source, expected, is_noted) in [
+        // Turned to (-1, 3), mirrored to (1, 3); about (2, 0) to (1, 1), mirrored to (-1, 1).
+        (fanuc(), "G51.1X0\nG68X0Y0R90.", [1.0, 3.0], false),
+        (fanuc(), "G51.1X0\nG68X2.Y0R90.", [-1.0, 1.0], true),
+        (fanuc(), "G17G51.1Y0\nG68X2.Y0R90.", [1.0, -1.0], false),
+        // Two mirrors are half a turn, and that of the normal is none of the plane's.
+        (fanuc(), "G51.1X0Y0\nG68X0Y0R90.", [1.0, -3.0], false),
+        (fanuc(), "G51.1Z0\nG68X0Y0R90.", [-1.0, 3.0], false),
+        // About the tool, at (2, 0).
+        (fanuc(), "G51.1X0\nG0X-2.Y0\nG68R90.", [3.0, 5.0], false),
+        (fanuc(), "G51X0Y0Z0I-1.J1.K1.\nG68X0Y0R90.", [-1.0, -3.0], true),
+        (haas(), "G51.1X0\nG68X0Y0R90.", [1.0, 3.0], true),
+        (haas(), "G68X0Y0R90.\nG51.1X0", [-1.0, -3.0], true),
+    ] {
+        let program = run(&format!("{source}\nG0X3.Y1.\nM30"), &setup);
+        support::assert_near(*ends(&program).last().unwrap(), [expected[0], expected[1], 0.0], source);
+        let notes: Vec<_> = program.notes.iter().filter(|note| note.text.contains(told)).collect();
+        assert!(
+            notes.len() == usize::from(is_noted) && notes.iter().all(|note| note.is_unknown),
+            "{source}: {notes:?}"
+        );
+    }
+    for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50")] {
+        for mirror in ["G51.1X0", "G50.1X0"] {
+            let told = refused(&format!("{on}\n{mirror}\nG0X3.Y1.\nM30"), &fanuc());
+            assert!(
+                told.starts_with("bad.nc:2:1: ") && told.contains("a mirror set or ended"),
+                "{on} {mirror}: {told}"
+            );
+            run(&format!("{on}\n{off}{mirror}\nG0X3.Y1.\nM30"), &fanuc());
+        }
+    }
+}
+
+#[test]
+fn the_angle_of_a_turn_in_g91_may_be_a_step() {
+    let told = "R of G68 in G91 is taken for the whole angle";
+    for (setup, source, lines) in [
+        (fanuc(), "G91G68X0Y0R90.\nG91G68X0Y0R90.\nG68X0Y0R90.", &[2, 3][..]),
+        (fanuc(), "G91G68X0Y0R90.\nG69\nG68X0Y0R90.", &[]),
+        (fanuc(), "G68X0Y0R90.\nG90G68X0Y0R90.", &[]),
+        (haas(), "G91G68X0Y0R90.\nG69\nG68X0Y0R90.", &[1, 3]),
+    ] {
+        let program = run(&format!("{source}\nG90G0X3.Y1.\nM30"), &setup);
+        support::assert_near(ends(&program)[0], [-1.0, 3.0, 0.0], source);
+        let noted: Vec<_> =
+            program.notes.iter().filter(|note| note.text.starts_with(told) && note.is_unknown).collect();
+        let found = noted.first().map(|note| (note.line, note.more as usize + 1));
+        assert_eq!(found, lines.first().map(|&line| (line, lines.len())), "{source}: {:?}", program.notes);
+    }
+}
+
+#[test]
+fn the_first_move_behind_g69_is_to_a_place() {
+    let told = "the first move of an axis behind G69 is a step";
+    for (setup, source, is_noted) in [
+        (fanuc(), "G91G0X5.", true),
+        (fanuc(), "G0X1.\nG91Y5.", true),
+        (fanuc(), "G91G81X5.Z-1.R0F100", true),
+        (fanuc(), "G91G28X5.", true),
+        (fanuc(), "G0X1.Y1.\nG91X5.", false),
+        (fanuc(), "G91G0Z5.", false),
+        (fanuc(), "G53X1.Y1.\nG91X5.", false),
+        (fanuc(), "G91G28X0Y0\nX5.", false),
+        (fanuc(), "G81X1.Y1.Z-1.R0F100\nG91X5.", false),
+        (haas(), "G91G0X5.", false),
+    ] {
+        let program = run(&format!("G68X0Y0R90.\nG0X10.Y0\nG69\n{source}\nM30"), &setup);
+        let noted: Vec<_> = program.notes.iter().filter(|note| note.text.starts_with(told)).collect();
+        assert!(
+            noted.len() == usize::from(is_noted) && noted.iter().all(|note| note.is_unknown),
+            "{source}: {noted:?}"
+        );
+    }
+    // No turn has ended.
+    assert!(!run("G69G91\nG0X5.\nM30", &fanuc()).notes.iter().any(|note| note.text.starts_with(told)));
 }
 
 #[test]

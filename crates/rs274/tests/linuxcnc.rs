@@ -215,6 +215,25 @@ fn arcs_within_linuxcncs_tolerance_are_spirals() {
 }
 
 #[test]
+fn a_feed_rate_is_that_of_x_y_and_z_where_they_move() {
+    for (source, minutes) in [
+        ("F100 G1 X100 U100", 1.0),
+        ("F100 G1 Z30 Y40 W-900 A90", 0.5),
+        ("F100 G1 U30 V40 A90", 0.5),
+        ("F100 G1 A100", 1.0),
+        ("F100 G3 X0 Y0 I10 W500", TAU / 10.0),
+        ("F100 G3 X0 Y0 I10 Z20 W500", (TAU / 10.0).hypot(0.2)),
+        ("G93 G1 X100 U100 F2", 0.5),
+        ("G93 G3 X0 Y0 I10 W500 F2", 0.5),
+    ] {
+        let program = run(&format!("{source}\nM2"));
+        let step = &program.moves[0];
+        let found = rs274::path::length(&rs274::Position::default(), step) / step.feed_mm_min.unwrap();
+        assert!((found - minutes).abs() < 1e-9, "{source}: {found}");
+    }
+}
+
+#[test]
 fn a_full_circle_needs_its_centre_alone() {
     let program = run("G0 X10\nG3 I-10 F100\nI-5\nM2");
     let sweeps: Vec<f64> = program.moves[1..]
@@ -263,8 +282,9 @@ fn a_parameter_exists_or_not() {
 
 #[test]
 fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
-    // `/` ends a line, STEP goes on by 1 along X, and FOUR opens a loop of four rounds.
+    // `/` ends a line, STEP goes on by 1 along X, FOUR opens a loop of four rounds, STEPS one that counts them, and LEAVE may leave it.
     let spelled = |text: &str| {
+        let text = text.replace("STEPS", "o4 do / #2=[#2+1]").replace("LEAVE", "o6 if [#2 EQ 9] / o4 break / o6 endif");
         let text = text.replace("STEP", "G91 G0 X1 / G90").replace("FOUR", "#1=0 / o1 while [#1 LT 4] / #1=[#1+1]");
         format!("{}\nM2", text.replace(" / ", "\n"))
     };
@@ -288,6 +308,14 @@ fn loops_that_are_left_from_inside_run_on_as_linuxcncs_do() {
             [0.0, 1.0, 0.0],
         ),
         ("o1 do / o1 break / o1 while [1] / o4 do / #2=[#2+1] / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        // A `break` that is skipped over counts: below a `continue`, and in a `while` loop that ends by its condition. One above the `continue` does not.
+        ("STEPS / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / LEAVE / o4 while [#2 LT 4]", [0.0, 1.0, 0.0]),
+        ("STEPS / LEAVE / o5 if [#2 EQ 2] / o4 continue / o5 endif / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 4.0, 0.0]),
+        ("o1 while [0] / o1 break / o1 endwhile / STEPS / G0 Y#2 / o4 while [#2 LT 4]", [0.0, 1.0, 0.0]),
+        (
+            "o1 while [#1 LT 2] / #1=[#1+1] / o3 if [0] / o1 break / o3 endif / o1 endwhile / STEPS / G0 Y#2 / o4 while [#2 LT 4]",
+            [0.0, 1.0, 0.0],
+        ),
         // A `continue` of a `do` loop makes the next `repeat` run twice, and the next `break` go on with its loop.
         ("o1 do / #1=1 / o1 continue / o1 while [#1 LT 1] / o2 repeat [2] / STEP / o2 endrepeat", [4.0, 0.0, 0.0]),
         (
@@ -508,6 +536,14 @@ fn turning_cycles_say_what_they_cannot_cut() {
         refused("G18 F100\no1 sub\nG0 X4 Z0\nG1 Z-5\nG2 X6 Z-7 R2\nG1 X8\no1 endsub\nG71 Q1 D3\nM2")
             .contains("narrower than the distance")
     );
+}
+
+#[test]
+fn the_place_that_a_program_reads_is_a_radius_under_g7() {
+    for x in ["#<_x>", "#5420", "#<_abs_x>"] {
+        let source = format!("G18 G7 G0 X40\nG0 X{x}\nM2");
+        assert_near(end(&run(&source)), [10.0, 0.0, 0.0], &source);
+    }
 }
 
 #[test]
