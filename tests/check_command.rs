@@ -231,6 +231,8 @@ fn what_is_written_never_replaces_what_is_read() {
         (&["view", "--quiet"], "--out", "other.ngc"),
         (&["scene", "picture"], "--out", "scene.toml"),
         (&["scene", "picture"], "--out", "folder.png"),
+        (&["program", "path"], "--out", "scene.toml"),
+        (&["program", "path"], "--out", "own.ngc"),
     ] {
         let content = before(name);
         let output = bvbench().args(verb).arg(&scene).args([option]).arg(path(name)).output().unwrap();

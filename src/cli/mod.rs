@@ -37,6 +37,8 @@ mod trial;
 mod verify;
 mod view;
 
+pub use subject::refuse_output;
+
 use crate::registry::Registry;
 use anyhow::{Result, anyhow};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};

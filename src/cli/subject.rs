@@ -159,7 +159,8 @@ pub fn is_new_or_written(file: &Path) -> bool {
     WRITTEN.contains(&&*kind)
 }
 
-/// Refuses a file that is no place for what an option writes: devices and folders, and what is read.
+/// Refuses a file that is no place for what an option writes: devices and folders, `inputs`, and files in the folder of `scene` that are drawn or
+/// programmed.
 ///
 /// # Errors
 /// When it is such a file.
