@@ -602,6 +602,14 @@ fn bad_input_ends_with_2_and_names_the_place() {
     refused("M2", "no moves");
     refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
     refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
+    // A program or a mesh in the place of the scene.
+    std::fs::write(folder.path().join("part.stl"), b"solid \xff").unwrap();
+    for (verb, file) in [("check", "own.ngc"), ("view", "own.ngc"), ("try", "own.ngc"), ("check", "part.stl")] {
+        let output = bvbench().arg(verb).arg(folder.path().join(file)).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        let told = format!("{file} is no scene: give a folder with scene.toml");
+        assert!(output.status.code() == Some(2) && error.contains(&told), "{verb} {file}: {error}");
+    }
     let missing = Path::new("no/such.ngc");
     bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
     bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
