@@ -9,6 +9,7 @@ use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
 use crate::geometry::import;
 use crate::machine::Joint;
+use crate::record::file::write_bytes;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
 use crate::scene::{Part, Scene, Turns};
@@ -17,9 +18,10 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use comfy_table::{ContentArrangement, Table};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
@@ -108,6 +110,13 @@ pub(super) fn table<S: AsRef<str>>(header: impl IntoIterator<Item = S>) -> Table
         table.set_width(100);
     }
     table
+}
+
+/// Writes those files of a scene's folder that it does not have as they are, scene.toml last: it makes the folder a scene.
+pub(super) fn write_folder(folder: &Path, mut files: BTreeMap<String, Vec<u8>>) -> Result<()> {
+    files.retain(|name, bytes| fs::read(folder.join(name)).ok().as_ref() != Some(&*bytes));
+    let (scene, others): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| *name == "scene.toml");
+    Ok(others.into_iter().chain(scene).try_for_each(|(name, bytes)| write_bytes(&folder.join(name), bytes))?)
 }
 
 fn info(scene: &Scene, as_json: bool) -> Result<()> {
