@@ -243,8 +243,14 @@ fn what_is_written_never_replaces_what_is_read() {
         );
         assert_eq!(before(name), content, "{option} {name}");
     }
-    let output = bvbench().args(["check", "--quiet", &scene, "--stock-out", "left.obj"]).output().unwrap();
-    assert!(output.status.code() == Some(2) && String::from_utf8(output.stderr).unwrap().contains(".stl"));
+    for (verb, option, name, ending) in
+        [("check", "--stock-out", "left.obj", ".stl"), ("scene picture", "--out", "picture.jpg", ".png")]
+    {
+        let output = bvbench().args(verb.split(' ')).arg(&scene).arg(option).arg(path(name)).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && error.contains(&format!("ends with {ending}")), "{name}: {error}");
+        assert!(!path(name).exists(), "{name}");
+    }
     // Reports of an earlier run are replaced.
     for _ in 0..2 {
         let output = bvbench().args(["check", "--quiet", &scene, "--sarif"]).arg(path("own.sarif")).output().unwrap();

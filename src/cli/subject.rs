@@ -183,6 +183,18 @@ pub fn refuse_output<'a>(
     Ok(())
 }
 
+/// Refuses a file whose name does not end as what an option writes, `kind`.
+///
+/// # Errors
+/// When it is such a file.
+pub fn refuse_ending(option: &str, file: &Path, kind: &str) -> Result<()> {
+    if file.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case(kind)) {
+        let (name, what) = (file.display(), kind.to_uppercase());
+        bail!("{option} {name}: it writes {what}; name a file that ends with .{kind}");
+    }
+    Ok(())
+}
+
 /// A tool that was asked for and never is in the spindle.
 fn unused(tool: &ToolEntry, run: &ProgramRun) -> Option<String> {
     let number = tool.number;
