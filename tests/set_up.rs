@@ -428,6 +428,12 @@ fn a_new_scene_is_made_again_with_another_unit() {
     let message = folder.refused(&new(&["--unit", "m"]));
     assert!(message.contains("nothing is written; --unit says"), "{message}");
     assert!(!folder.path("shop").exists());
+    let spaced = folder.run(&[&["scene", "new", "my shop", "--machine", "mill"][..], &parts].concat());
+    let said = String::from_utf8_lossy(&spaced.stdout);
+    assert!(
+        said.contains("\nmy shop/scene.toml is written") && said.contains("bvbench view 'my shop' --open"),
+        "{said}"
+    );
     for (unit, size) in [(&[][..], "400.0 x 300.0 x 40.0"), (&["--unit", "cm", "--fresh"], "4000.0 x 3000.0 x 400.0")] {
         let output = folder.run(&new(unit));
         let said = String::from_utf8_lossy(&output.stdout);

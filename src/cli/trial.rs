@@ -114,7 +114,10 @@ impl MadeScene {
         let (poses, meshes): (Vec<&String>, Vec<&String>) =
             files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
         let [poses] = poses.as_slice() else {
-            bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
+            bail!(
+                "meshes need one pose file (.csv), and {} of the paths are; one scene is tried at a time, `bvbench repro --scene A --scene B` runs several",
+                poses.len()
+            );
         };
         ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
         let folder = PathBuf::from(format!("{}-scene", run.display()));

@@ -3,6 +3,7 @@
 use super::super::{CLEAR, note, say};
 use super::{extents_table, write_folder};
 use crate::geometry::import::Unit;
+use crate::record::command::quoted;
 use crate::scene::template::{BASE, Chain, NewPart, NewScene, TEMPLATES};
 use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, set_up};
 use anyhow::{Context, Result, anyhow, bail};
@@ -123,7 +124,6 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
 
 /// Says what a new scene holds.
 fn show(folder: &Path, scene: &Scene) {
-    let shown = folder.display();
     say(extents_table(scene).trim_fmt());
     for warning in scene.mesh_warnings() {
         note(format!("warning: {warning}"));
@@ -133,8 +133,9 @@ fn show(folder: &Path, scene: &Scene) {
             "note: no two parts move against each other yet: add --tool or --stock to a check, or parts to scene.toml",
         );
     }
+    let (folder, shown) = (folder.display(), quoted(&folder.to_string_lossy()));
     say(format!(
-        "\n{shown}/scene.toml is written. If the sizes are wrong, give the command again with --unit and --fresh. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
+        "\n{folder}/scene.toml is written. If the sizes are wrong, give the command again with --unit and --fresh. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
     ));
 }
 
