@@ -231,6 +231,8 @@ fn what_is_written_never_replaces_what_is_read() {
         (&["view", "--quiet"], "--out", "other.ngc"),
         (&["scene", "picture"], "--out", "scene.toml"),
         (&["scene", "picture"], "--out", "folder.png"),
+        (&["program", "path"], "--out", "scene.toml"),
+        (&["program", "path"], "--out", "own.ngc"),
     ] {
         let content = before(name);
         let output = bvbench().args(verb).arg(&scene).args([option]).arg(path(name)).output().unwrap();
@@ -241,8 +243,14 @@ fn what_is_written_never_replaces_what_is_read() {
         );
         assert_eq!(before(name), content, "{option} {name}");
     }
-    let output = bvbench().args(["check", "--quiet", &scene, "--stock-out", "left.obj"]).output().unwrap();
-    assert!(output.status.code() == Some(2) && String::from_utf8(output.stderr).unwrap().contains(".stl"));
+    for (verb, option, name, ending) in
+        [("check", "--stock-out", "left.obj", ".stl"), ("scene picture", "--out", "picture.jpg", ".png")]
+    {
+        let output = bvbench().args(verb.split(' ')).arg(&scene).arg(option).arg(path(name)).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && error.contains(&format!("ends with {ending}")), "{name}: {error}");
+        assert!(!path(name).exists(), "{name}");
+    }
     // Reports of an earlier run are replaced.
     for _ in 0..2 {
         let output = bvbench().args(["check", "--quiet", &scene, "--sarif"]).arg(path("own.sarif")).output().unwrap();
@@ -600,6 +608,14 @@ fn bad_input_ends_with_2_and_names_the_place() {
     refused("M2", "no moves");
     refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
     refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
+    // A program or a mesh in the place of the scene.
+    std::fs::write(folder.path().join("part.stl"), b"solid \xff").unwrap();
+    for (verb, file) in [("check", "own.ngc"), ("view", "own.ngc"), ("try", "own.ngc"), ("check", "part.stl")] {
+        let output = bvbench().arg(verb).arg(folder.path().join(file)).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        let told = format!("{file} is no scene: give a folder with scene.toml");
+        assert!(output.status.code() == Some(2) && error.contains(&told), "{verb} {file}: {error}");
+    }
     let missing = Path::new("no/such.ngc");
     bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
     bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);

@@ -402,6 +402,7 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     );
     // What is lacking or wrong is named.
     assert!(folder.refused(&["try", "tool.obj"]).contains("one pose file (.csv), and 0 of the paths are"));
+    assert!(folder.refused(&["try", "scene", "scene"]).contains("`bvbench repro --scene A --scene B`"));
     assert!(folder.refused(&["try", "tool.obj", "poses.csv"]).contains("two meshes at least"));
     assert!(folder.refused(&["try", "tool.obj", "none.stl", "poses.csv"]).contains("none.stl"));
     // Links have the names by which they are given, not those of the file behind them.

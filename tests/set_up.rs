@@ -419,6 +419,35 @@ fn a_new_scene_loads_shows_its_extents_and_checks() {
 }
 
 #[test]
+fn a_new_scene_is_made_again_with_another_unit() {
+    let folder = folder();
+    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    let parts = ["--part", "parts/table.stl:machine:X", "parts/spindle.stl:machine:Z"];
+    let new = |unit: &[&'static str]| [&["scene", "new", "shop", "--machine", "mill"][..], &parts, unit].concat();
+    // 400 m are no table: nothing is left of it.
+    let message = folder.refused(&new(&["--unit", "m"]));
+    assert!(message.contains("nothing is written; --unit says"), "{message}");
+    assert!(!folder.path("shop").exists());
+    let spaced = folder.run(&[&["scene", "new", "my shop", "--machine", "mill"][..], &parts].concat());
+    let said = String::from_utf8_lossy(&spaced.stdout);
+    assert!(
+        said.contains("\nmy shop/scene.toml is written") && said.contains("bvbench view 'my shop' --open"),
+        "{said}"
+    );
+    for (unit, size) in [(&[][..], "400.0 x 300.0 x 40.0"), (&["--unit", "cm", "--fresh"], "4000.0 x 3000.0 x 400.0")] {
+        let output = folder.run(&new(unit));
+        let said = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && said.contains(size), "{unit:?}: {said} {output:?}");
+    }
+    let message = folder.refused(&new(&["--unit", "cm"]));
+    assert!(message.contains("there is a scene already") && message.contains("--fresh"), "{message}");
+    // What cannot be loaded replaces nothing.
+    let before = std::fs::read(folder.path("shop/scene.toml")).unwrap();
+    folder.refused(&new(&["--unit", "m", "--fresh"]));
+    assert_eq!(std::fs::read(folder.path("shop/scene.toml")).unwrap(), before);
+}
+
+#[test]
 fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     let folder = folder();
     assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());

@@ -290,17 +290,24 @@ fn another_reader_sees_the_machine_move_as_we_do() {
 #[test]
 fn the_command_writes_glb_into_a_folder_or_a_file() {
     let folder = folder();
-    for (out, file) in [("some/where", "some/where/hammer.glb"), ("x/y.glb", "x/y.glb")] {
+    let glb = &["--format", "glb"][..];
+    for (format, out, file) in [
+        (glb, "some/where", "some/where/hammer.glb"),
+        (glb, "x/y.glb", "x/y.glb"),
+        (&[], "by/ending.glb", "by/ending.glb"),
+    ] {
         let scene = folder.path("hammer");
         std::fs::create_dir_all(&scene).unwrap();
         for name in ["scene.toml", "blow.ngc"] {
             std::fs::copy(folder.path(name), scene.join(name)).unwrap();
         }
-        let output = folder.run(&["scene", "export", "hammer", "--format", "glb", "--out", out]);
+        let output = folder.run(&[&["scene", "export", "hammer", "--out", out][..], format].concat());
         assert!(output.status.success(), "{output:?}");
         let glb = Glb::read(&std::fs::read(folder.path(file)).unwrap());
         // The hammer ends 1 mm and 2 mm off the axis at X0: in metres, up along y.
         let seen = glb.world_from_part("hammer", glb.times().len() - 1).transform_point(&Point3::origin());
         assert!((seen - Point3::new(0.0, 2e-3, -1e-3)).norm() < 1e-9, "{seen}");
     }
+    let message = folder.refused(&["scene", "export", "hammer", "--format", "stl", "--out", "parts.glb"]);
+    assert!(message.contains("name a folder") && !folder.path("parts.glb").exists(), "{message}");
 }

@@ -11,7 +11,7 @@ mod stock;
 use super::options::ClearanceOptions;
 use super::progress::Bar;
 use super::style::{self, Tone};
-use super::subject::{SET_UP_EXAMPLES, Subject, is_new_or_written};
+use super::subject::{SET_UP_EXAMPLES, Subject, is_new_or_written, refuse_ending};
 use super::{CLEAR, FAILED, note, say};
 use crate::check::{self, Cutting, Event, Extent, Kind, Outcome, OverTravel, Settings};
 use crate::geometry::Mesh;
@@ -125,12 +125,8 @@ impl Reports {
         for (option, file) in &files[..4] {
             file.as_deref().map(|file| subject.refuse_output(option, file, &read)).transpose()?;
         }
-        if let Some(file) = stock
-            .stock_out
-            .as_ref()
-            .filter(|file| file.extension().is_none_or(|kind| !kind.eq_ignore_ascii_case("stl")))
-        {
-            bail!("--stock-out {}: it writes STL; name a file that ends with .stl", file.display());
+        if let Some(file) = &stock.stock_out {
+            refuse_ending("--stock-out", file, "stl")?;
         }
         for (i, (option, file)) in files.iter().enumerate() {
             let same = files[..i].iter().find(|(_, other)| file.is_some() && other == file);

@@ -48,10 +48,10 @@ pub struct Options {
 /// How a program is read, by whichever verb.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Reading {
-    /// The control that the program is written for: linuxcnc, fanuc, haas or grbl [default: the scene's, else linuxcnc]
+    /// The control that the program is written for: linuxcnc, fanuc, haas or grbl [default: that of the scene, if there is one, else linuxcnc]
     #[arg(long, value_name = "NAME")]
     dialect: Option<Dialect>,
-    /// The unit of lengths before any G20 or G21: mm or inch [default: the scene's, else mm with a note]
+    /// The unit of lengths before any G20 or G21: mm or inch [default: that of the scene, if there is one, else mm with a note]
     #[arg(long, value_name = "UNIT")]
     units: Option<Units>,
     /// Skip a G or M code, with a note; repeatable

@@ -37,6 +37,8 @@ mod trial;
 mod verify;
 mod view;
 
+pub use subject::refuse_output;
+
 use crate::registry::Registry;
 use anyhow::{Result, anyhow};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -350,6 +352,51 @@ mod tests {
             let owner = command.find_subcommand(owner).unwrap();
             assert!(verbs.iter().all(|verb| owner.find_subcommand(verb).is_some()));
             assert!(verbs.iter().all(|verb| command.find_subcommand(verb).is_none()));
+        }
+    }
+
+    /// The commands of a line: their words as a POSIX shell splits them. What follows two spaces is a remark.
+    fn commands(line: &str) -> Vec<Vec<String>> {
+        let line = line.split("  ").next().unwrap_or_default();
+        let (mut commands, mut quote) = (vec![vec![String::new()]], None);
+        for c in line.chars() {
+            let words = commands.last_mut().unwrap();
+            match (quote, c) {
+                (Some(mark), _) if mark == c => quote = None,
+                (None, '\'' | '"') => quote = Some(c),
+                (None, '|' | '&' | '>') => commands.push(vec![String::new()]),
+                (None, ' ') => words.push(String::new()),
+                _ => words.last_mut().unwrap().push(c),
+            }
+        }
+        commands.iter_mut().for_each(|words| words.retain(|word| !word.is_empty()));
+        commands
+    }
+
+    /// The lines of the help of a command and of those below it, continued ones joined.
+    fn help_lines(command: &clap::Command, lines: &mut Vec<String>) {
+        let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let joined = text.split("\\\n").map(str::trim_start).collect::<String>();
+        lines.extend(joined.lines().map(|line| line.trim().to_owned()));
+        command.get_subcommands().for_each(|verb| help_lines(verb, lines));
+    }
+
+    #[test]
+    fn every_command_that_a_help_text_shows_is_understood() {
+        let mut lines = Vec::new();
+        help_lines(&command(), &mut lines);
+        let all = lines.iter().flat_map(|line| commands(line));
+        let mut shown: Vec<_> = all.filter(|words| words.first().is_some_and(|word| word == "bvbench")).collect();
+        assert!(shown.len() >= 100, "{}", shown.len());
+        for words in &mut shown {
+            // More options like the last one; behind an option its value.
+            let is_more =
+                |words: &[String]| matches!(words, [.., before, last] if last == "..." && !before.starts_with('-'));
+            if is_more(words) {
+                words.pop();
+            }
+            let parsed = command().try_get_matches_from(&*words);
+            assert!(parsed.is_ok(), "{}: {}", words.join(" "), parsed.unwrap_err());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `path`: a tool path over the free-form part of a scene, as a program.
 
-use super::subject::tip_control;
+use super::subject::{refuse_output, tip_control};
 use super::{note, say};
 use crate::geometry::shapes::{Freeform, Shape};
 use crate::interference::path::{Corner, Flaw, PathPlan, Pattern, stops};
@@ -84,6 +84,9 @@ const RETRACT_MM: f64 = 10.0;
 
 pub fn run(options: &Options) -> Result<()> {
     let scene = Scene::find(&options.scene)?;
+    if let Some(out) = &options.out {
+        refuse_output("--out", out, &options.scene, scene.files.iter().map(PathBuf::as_path))?;
+    }
     let (part, surface) = free_form(&scene, options.part.as_deref())?;
     let run = scene.program.as_ref().with_context(|| format!("scene `{}` has no [program]", scene.name))?;
     let tip = tip_control(&scene)?;

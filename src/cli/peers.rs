@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  scripts/peers/run --quick              install, build and compare the engines there are runners for\n  bvbench peers export --scene lathe-toolpost --out DIR\n  bvbench peers run --scene lathe-toolpost --out DIR --variant ID --runner 'mine=path/to/runner --flag'\n  bvbench peers verify --scene lathe-toolpost --out DIR --runner 'mine=path/to/runner'\n  bvbench peers run --engines target/peers/engines.toml --engine fcl-obb --mode path-0.05 --out DIR\n  bvbench peers run --mode batch --processes 3 --out DIR --engines target/peers/engines.toml\n  bvbench peers table --out DIR\n\nHow to write a runner: docs/adding-a-peer.md"
+    after_help = "Examples:\n  scripts/peers/run --quick              install, build and compare the engines there are runners for\n  bvbench peers export --scene lathe-toolpost --out DIR\n  bvbench peers run --scene lathe-toolpost --out DIR --variant ID --runner 'mine=path/to/runner --flag'\n  bvbench peers verify --scene lathe-toolpost --out DIR --runner 'mine=path/to/runner'\n  bvbench peers run --engines target/peers/engines.toml --engine fcl-obb --mode path-0.05 --out DIR\n  bvbench peers run --mode batch --processes 3 --out DIR --engines target/peers/engines.toml\n  bvbench peers table --out DIR --against NAME\n\nHow to write a runner: docs/adding-a-peer.md"
 )]
 pub struct Options {
     #[command(subcommand)]

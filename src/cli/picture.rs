@@ -1,7 +1,7 @@
 //! `scene picture`: a scene drawn as PNG.
 
 use super::say;
-use super::subject::refuse_output;
+use super::subject::{refuse_ending, refuse_output};
 use crate::check;
 use crate::picture::{self, Up, View};
 use crate::plot::canvas;
@@ -38,7 +38,7 @@ pub struct Options {
     #[arg(long, value_name = "PX", default_value_t = 900)]
     width: usize,
     /// The file [default: SCENE.png]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE.png")]
     out: Option<PathBuf>,
 }
 
@@ -67,6 +67,7 @@ impl Options {
 pub fn run(scene: &Scene, options: &Options) -> Result<()> {
     let out = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     refuse_output("--out", &out, &options.scene, scene.files.iter().map(PathBuf::as_path))?;
+    refuse_ending("--out", &out, "png")?;
     let part = |name: &String| {
         scene.part(name).ok_or_else(|| {
             let known: Vec<_> = scene.parts.iter().map(|part| part.name.as_str()).collect();

@@ -9,6 +9,7 @@ use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
 use crate::geometry::import;
 use crate::machine::Joint;
+use crate::record::file::write_bytes;
 use crate::scene::extents::Extents;
 use crate::scene::pairs::{self, Reach};
 use crate::scene::{Part, Scene, Turns};
@@ -17,13 +18,14 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use comfy_table::{ContentArrangement, Table};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench scene new shop --machine mill --part table.stl:machine:X --part vise.stl:fixture --part head.stl:machine:Z\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine part.ngc --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene export mill-vise --format glb --out mill.glb\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
+    after_help = "Examples:\n  bvbench scene new shop --machine mill --part table.stl:machine:X --part vise.stl:fixture --part head.stl:machine:Z\n  bvbench scene info lathe-toolpost\n  bvbench scene pairs path/to/machine part.ngc --json\n  bvbench scene export lathe-tailstock --out meshes\n  bvbench scene export mill-vise --out mill.glb\n  bvbench scene inverse trunnion-impeller --direction 0.5,0,0.866\n  bvbench scene picture trunnion-impeller --program-line 60 --out impeller.png"
 )]
 pub struct Options {
     #[command(subcommand)]
@@ -72,12 +74,19 @@ struct ExportOptions {
     /// Scene by name or by path
     #[arg(value_name = "SCENE")]
     scene: String,
-    /// stl: a file per part; glb: one file, with the machine's links as nodes and its program as animation
-    #[arg(long, value_name = "FORMAT", default_value = "stl")]
-    format: Format,
+    /// stl: a file per part; glb: one file, with the machine's links as nodes and its program as animation [default: that of the ending .glb, else stl]
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<Format>,
     /// Folder for the files; for GLB, the file or its folder
     #[arg(long, value_name = "DIR|FILE.glb")]
     out: PathBuf,
+}
+
+impl ExportOptions {
+    /// Whether the output is a GLB file by its ending.
+    fn names_glb(&self) -> bool {
+        self.out.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -92,9 +101,13 @@ pub fn run(options: &Options) -> Result<u8> {
         What::Info(options) => info(&Scene::find(&options.scene)?, options.json)?,
         What::Pairs(options) => show_pairs(options)?,
         What::Inverse(options) => inverse::run(options)?,
-        What::Export(options) => match options.format {
-            Format::Stl => export_stl(options)?,
-            Format::Glb => export_glb(options)?,
+        What::Export(options) => match (options.format, options.names_glb()) {
+            (Some(Format::Stl), true) => bail!(
+                "--out {}: STL is a file for each part; name a folder, or leave --format stl out",
+                options.out.display()
+            ),
+            (Some(Format::Glb), _) | (None, true) => export_glb(options)?,
+            (Some(Format::Stl) | None, false) => export_stl(options)?,
         },
         What::Picture(options) => picture::run(&Scene::find(options.scene())?, options)?,
     }
@@ -108,6 +121,13 @@ pub(super) fn table<S: AsRef<str>>(header: impl IntoIterator<Item = S>) -> Table
         table.set_width(100);
     }
     table
+}
+
+/// Writes those files of a scene's folder that it does not have as they are, scene.toml last: it makes the folder a scene.
+pub(super) fn write_folder(folder: &Path, mut files: BTreeMap<String, Vec<u8>>) -> Result<()> {
+    files.retain(|name, bytes| fs::read(folder.join(name)).ok().as_ref() != Some(&*bytes));
+    let (scene, others): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| *name == "scene.toml");
+    Ok(others.into_iter().chain(scene).try_for_each(|(name, bytes)| write_bytes(&folder.join(name), bytes))?)
 }
 
 fn info(scene: &Scene, as_json: bool) -> Result<()> {
@@ -243,8 +263,7 @@ fn refuse_files(options: &ExportOptions, scene: &Scene, files: &[PathBuf]) -> Re
 
 fn export_glb(options: &ExportOptions) -> Result<()> {
     let (scene, out) = (&Scene::find(&options.scene)?, &options.out);
-    let is_file = out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
-    let file = if is_file { out.to_owned() } else { out.join(format!("{}.glb", scene.name)) };
+    let file = if options.names_glb() { out.to_owned() } else { out.join(format!("{}.glb", scene.name)) };
     refuse_files(options, scene, std::slice::from_ref(&file))?;
     if let Some(folder) = file.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;

@@ -159,7 +159,8 @@ pub fn is_new_or_written(file: &Path) -> bool {
     WRITTEN.contains(&&*kind)
 }
 
-/// Refuses a file that is no place for what an option writes: devices and folders, and what is read.
+/// Refuses a file that is no place for what an option writes: devices and folders, `inputs`, and files in the folder of `scene` that are drawn or
+/// programmed.
 ///
 /// # Errors
 /// When it is such a file.
@@ -178,6 +179,18 @@ pub fn refuse_output<'a>(
     let is_of_scene = || Path::new(scene).canonicalize().is_ok_and(|folder| place.starts_with(folder));
     if inputs.into_iter().any(is_it) || !is_new_or_written(&place) && is_of_scene() {
         bail!("{option} {name}: this would replace what is read; name another file");
+    }
+    Ok(())
+}
+
+/// Refuses a file whose name does not end as what an option writes, `kind`.
+///
+/// # Errors
+/// When it is such a file.
+pub fn refuse_ending(option: &str, file: &Path, kind: &str) -> Result<()> {
+    if file.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case(kind)) {
+        let (name, what) = (file.display(), kind.to_uppercase());
+        bail!("{option} {name}: it writes {what}; name a file that ends with .{kind}");
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::options::{Extent, OutputOptions, open_run};
 use super::progress::Bar;
-use super::{CLEAR, FAILED, analyze, conclusion, launch, say, style, verify};
+use super::{CLEAR, FAILED, analyze, conclusion, launch, say, scene, style, verify};
 use crate::analysis::claims::ClaimSet;
 use crate::measure::Plan;
 use crate::record::manifest::Stage;
@@ -44,8 +44,8 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     let claims = ClaimSet::none(&title, baseline(&plan)?);
     let mut run = open_run(plan, &folder, &extent.cache_folder(&folder), extent.fresh)?;
     // The run's folder is locked, and its run is this one: nothing is refused any more.
-    if let Some(scene) = made {
-        scene.write()?;
+    if let Some(MadeScene { folder, files, .. }) = made {
+        scene::write_folder(&folder, files)?;
     }
     let bar = Bar::new(options.output.quiet);
     let verification = if run.has_finished(Stage::Verify) { run.verification()? } else { run.verify(&bar)? };
@@ -114,7 +114,10 @@ impl MadeScene {
         let (poses, meshes): (Vec<&String>, Vec<&String>) =
             files.iter().partition(|file| Path::new(file).extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")));
         let [poses] = poses.as_slice() else {
-            bail!("meshes need one pose file (.csv), and {} of the paths are", poses.len());
+            bail!(
+                "meshes need one pose file (.csv), and {} of the paths are; one scene is tried at a time, `bvbench repro --scene A --scene B` runs several",
+                poses.len()
+            );
         };
         ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
         let folder = PathBuf::from(format!("{}-scene", run.display()));
@@ -149,18 +152,5 @@ impl MadeScene {
         let name = real.file_name().unwrap_or_default().to_string_lossy();
         let scene = Scene::from_memory(&name, self.files.clone(), &Overrides::default());
         scene.with_context(|| format!("no scene can be made of {} and the meshes (named as their copies)", self.poses))
-    }
-
-    /// Writes the files that are not in the folder as they are, the scene file last: it makes the folder a scene.
-    fn write(self) -> Result<()> {
-        let Self { folder, mut files, .. } = self;
-        files.retain(|file, bytes| fs::read(folder.join(file)).ok().as_ref() != Some(&*bytes));
-        fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        let (scene, others): (Vec<_>, Vec<_>) = files.iter().partition(|(file, _)| *file == "scene.toml");
-        for (file, bytes) in others.into_iter().chain(scene) {
-            let file = folder.join(file);
-            fs::write(&file, bytes).with_context(|| format!("cannot write {}", file.display()))?;
-        }
-        Ok(())
     }
 }

@@ -50,6 +50,17 @@ pub enum SceneError {
         /// The folder.
         folder: PathBuf,
     },
+    /// A file that is not TOML was given in the place of a scene.
+    #[error(
+        "{file} is no scene: give a folder with {scene}, or its .toml file; a program comes after the scene ({cause})",
+        file = file.display(), scene = super::load::SCENE_FILE
+    )]
+    NoScene {
+        /// The file.
+        file: PathBuf,
+        /// Why it cannot be read as one.
+        cause: Box<SceneError>,
+    },
     /// A file cannot be read.
     #[error("{file}: {cause}", file = file.display())]
     Read {

@@ -20,7 +20,7 @@ use rs274::{Axis, Position, RapidPath, Setup};
 use serde::de::DeserializeOwned;
 use std::error::Error;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -81,10 +81,23 @@ impl Document {
     }
 }
 
+/// The scene's own file. One whose name does not end in `.toml` may be a program or a mesh in the place of the scene, which the error says first.
+fn read_own(folder: &mut Folder, file: &str) -> Result<(Document, SceneFile), SceneError> {
+    let read = Document::read(folder, file).and_then(|document| {
+        let scene = document.parse::<SceneFile>()?;
+        Ok((document, scene))
+    });
+    let is_toml = Path::new(file).extension().is_some_and(|kind| kind.eq_ignore_ascii_case("toml"));
+    read.map_err(
+        |cause| {
+            if is_toml { cause } else { SceneError::NoScene { file: folder.path(file), cause: Box::new(cause) } }
+        },
+    )
+}
+
 /// Loads the scene in a folder.
 pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Scene, SceneError> {
-    let document = Document::read(&mut folder, file)?;
-    let scene: SceneFile = document.parse()?;
+    let (document, scene) = read_own(&mut folder, file)?;
     let (machine, mut parts) = machine_and_its_parts(&mut folder, &document, &scene.machine, overrides)?;
     add_parts(&mut parts, &mut folder, &document, &scene.parts, &machine, overrides)?;
     if parts.is_empty() {

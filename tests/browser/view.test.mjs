@@ -259,6 +259,14 @@ test("lines, the strip and the keys lead through the program", async () => {
   await page.context().close();
 });
 
+test("on paper, where the strip is hidden, nothing fails", async () => {
+  const { page, faults } = await openView(mill.path);
+  await page.emulateMedia({ media: "print" });
+  assert.equal((await ask(page, () => window.bvbench[0].goToLine(8))).line, 8);
+  assert.deepEqual(faults, []);
+  await page.context().close();
+});
+
 test("what fails the check without a collision is a fault", async () => {
   const [program, out] = ["far.ngc", "far.html"].map(pagePath);
   writeFileSync(program, "G0 G53 Z490\nG0 G53 X5000\nM2\n");

@@ -13,6 +13,7 @@ use interval::{I, Pose, dot, norm};
 use machine::{Link, Machine, Step, Sweep};
 use mesh::{Mesh, Plane};
 use read::Words;
+pub use scene::own_file;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

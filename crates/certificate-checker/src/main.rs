@@ -1,9 +1,10 @@
 //! The command: reads a certificate and says whether it is accepted.
 
-use certificate_checker::{MOST_WORK, Report, VERDICTS, check};
+use certificate_checker::{MOST_WORK, Report, VERDICTS, check, own_file};
 use std::ffi::OsString;
 use std::fmt::Write as _;
-use std::io::{ErrorKind, Write};
+use std::fs::{File, Metadata};
+use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -15,11 +16,12 @@ const HELP: &str = "Checks a certificate of `bvbench check --certify`.
 Usage: certificate-checker CERTIFICATE [--scene SCENE] [--program FILE]
 
   CERTIFICATE       the file; - reads standard input
-  --scene SCENE     compare machine, parts and meshes with the scene's own files; its folder, or its .toml file
+  --scene SCENE     compare machine, parts and meshes with the scene's own files; its folder, or its .toml file (those that
+                    bvbench knows by name are in its folder bench-scenes)
   --program FILE    compare the hashes of the program and of the files beside it that it calls
 
-Exit codes: 0 accepted, also where blocks are `collision`, `unresolved` or `stock`: the answer names them; 1 refused, 2 bad usage, or the answer could not be
-written.
+Exit codes: 0 accepted, also where blocks are `collision`, `unresolved` or `stock`: the answer names them; 1 refused, 2 bad usage, a file that is named
+cannot be read, or the answer could not be written.
 ";
 
 fn main() -> ExitCode {
@@ -59,6 +61,8 @@ fn answer(mut arguments: impl Iterator<Item = OsString>) -> Result<(String, u8),
         }
     }
     let certificate = certificate.ok_or("no certificate is named")?;
+    readable("--scene", scene.as_deref().map(own_file).as_deref())?;
+    readable("--program", program.as_deref())?;
     let is_input = certificate == Path::new("-");
     let text = if is_input { std::io::read_to_string(std::io::stdin()) } else { std::fs::read_to_string(&certificate) };
     let text = text.map_err(|error| format!("{}: {error}", certificate.display()))?;
@@ -66,6 +70,14 @@ fn answer(mut arguments: impl Iterator<Item = OsString>) -> Result<(String, u8),
         Ok(report) => (told(&report), 0),
         Err(refusal) => (format!("{}:{}: refused: {}\n", certificate.display(), refusal.line, refusal.why), 1),
     })
+}
+
+/// Whether the file that an option names can be read, where there is one: a mistyped path says nothing of the certificate.
+fn readable(option: &str, file: Option<&Path>) -> Result<(), String> {
+    let Some(file) = file else { return Ok(()) };
+    let is_file = |found: Metadata| if found.is_file() { Ok(()) } else { Err(Error::other("this is no regular file")) };
+    let opened = file.metadata().and_then(is_file).and_then(|()| File::open(file));
+    opened.map(drop).map_err(|error| format!("{option} {}: {error}", file.display()))
 }
 
 /// The answer for an accepted certificate: the verdicts, and what was not examined.

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::Read;
 use std::ops::Neg;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The value of a missing key.
@@ -41,11 +41,15 @@ pub fn compare(stated: &Stated, [scene, program]: [Option<&Path>; 2], notes: &mu
         trust("links, joints, parts and meshes (no --scene)");
         return Ok(());
     };
-    // A scene is named by its folder, or by its own file.
-    let named = Path::new(".").join(scene);
-    let own = if named.is_file() { named } else { named.join("scene.toml") };
+    let own = own_file(scene);
     let folder = own.parent().unwrap_or(&own);
     Files { stated, folder }.compare(&own, &mut trust)
+}
+
+/// The own file of a scene, which is named by its folder or by that file.
+pub fn own_file(scene: &Path) -> PathBuf {
+    let named = Path::new(".").join(scene);
+    if named.is_file() { named } else { named.join("scene.toml") }
 }
 
 /// A file's content. What the system says of its length need not be so.

@@ -1,6 +1,7 @@
 //! The command line of the watch, the simulated control and the measurement of their latency.
 
 use anyhow::{Context as _, Result, anyhow, bail};
+use bvbench::cli::refuse_output;
 use bvbench::record::file::write_bytes;
 use bvbench::registry::{Registry, Variant};
 use bvbench::scene::{Overrides, Part, ProgramRun, Role, Scene};
@@ -364,6 +365,12 @@ async fn tell(mut reports: tokio::sync::watch::Receiver<Option<watch::Report>>) 
 fn control_verb(options: ControlOptions) -> Result<()> {
     let (config, scene) = load(&options.config)?;
     let run = program(&scene, options.program.as_deref())?;
+    if let Some(trace) = &options.trace {
+        let files = [options.config.clone(), run.file.clone()].into_iter().chain(scene.files.clone());
+        let read: Vec<PathBuf> = files.chain(run.called_files()).collect();
+        // A trace may lie in the folder of the scene, where that of an earlier run is replaced.
+        refuse_output("--trace", trace, "", read.iter().map(PathBuf::as_path))?;
+    }
     let settings = control::Options {
         drop: options.drop,
         late: options.late,

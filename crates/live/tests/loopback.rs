@@ -555,3 +555,18 @@ fn a_watch_that_is_terminated_holds_and_ends_well() {
     assert!(sent.success() && watch.wait().unwrap().success());
     control.wait(|status| status.held && status.stands);
 }
+
+#[test]
+fn a_trace_never_replaces_what_is_read() {
+    let place = Place::new();
+    let file = place.path("live.toml");
+    fs::write(&file, Place::text(listen().1, "", "")).unwrap();
+    let before = fs::read(&file).unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_bvbench-live"))
+        .args(["control".as_ref(), file.as_os_str(), "--trace".as_ref(), file.as_os_str()])
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && told.contains("would replace what is read"), "{told}");
+    assert_eq!(fs::read(&file).unwrap(), before);
+}

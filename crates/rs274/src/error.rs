@@ -188,7 +188,7 @@ pub enum Cause {
     #[error("impossible arc: {0}")]
     Arc(&'static str),
     /// A tool that the table lacks.
-    #[error("tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene)")]
+    #[error("tool is not in the tool table (`--tool-table`, or `[[program.tools]]` of a scene)")]
     UnknownTool,
     /// A control-flow word without its partner.
     #[error("{0}")]

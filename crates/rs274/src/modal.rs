@@ -492,7 +492,7 @@ fn noted(name: CodeName) -> String {
     let more = match name.to_string().as_str() {
         "M13" | "M14" => {
             format!(
-                " and not to start the spindle; `user_codes = {{ {name} = \"spindle-on\" }}` in the scene says that it does"
+                " and not to start the spindle; `user_codes = {{ {name} = \"spindle-on\" }}` of a scene says that it does"
             )
         }
         _ => String::new(),

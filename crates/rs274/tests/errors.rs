@@ -17,7 +17,7 @@ fn all_errors_that_stand_alone_are_told_at_once() {
             "bad.ngc:2:1: code is not supported; if it moves nothing, ignore it (`--ignore G77`): `G77` (and on another line)",
             "bad.ngc:3:1: code is not supported; if it moves nothing, ignore it (`--ignore M31`): `M31` (and on 2 more lines)",
             "bad.ngc:4:7: unexpected character: `!`",
-            "bad.ngc:6:5: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene): `H5`",
+            "bad.ngc:6:5: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` of a scene): `H5`",
             "bad.ngc:8:4: word given twice in one block: `X2`",
         ]
     );

@@ -1,10 +1,11 @@
 //! `scene new`: a scene folder from mesh files.
 
 use super::super::{CLEAR, note, say};
-use super::extents_table;
+use super::{extents_table, write_folder};
 use crate::geometry::import::Unit;
+use crate::record::command::quoted;
 use crate::scene::template::{BASE, Chain, NewPart, NewScene, TEMPLATES};
-use crate::scene::{Role, Scene, set_up};
+use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, set_up};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -51,12 +52,15 @@ pub struct Options {
     /// Ask for what is not given, also where standard input is no terminal
     #[arg(long)]
     ask: bool,
+    /// Replace the scene.toml that is in the folder
+    #[arg(long)]
+    fresh: bool,
 }
 
 pub fn run(options: &Options) -> Result<u8> {
     let file = options.folder.join("scene.toml");
-    if file.exists() {
-        bail!("{}: there is a scene already; name another folder", file.display());
+    if file.exists() && !options.fresh {
+        bail!("{}: there is a scene already; name another folder, or replace it with --fresh", file.display());
     }
     let asks = options.ask || io::stdin().is_terminal();
     let mut questions = Questions { from: io::stdin().lock(), asks };
@@ -87,66 +91,40 @@ pub fn run(options: &Options) -> Result<u8> {
         unit,
         program: program.to_string_lossy().into_owned(),
     };
-    write(options, &scene, &parts)?;
-    show(&options.folder)?;
+    show(&options.folder, &write(options, &scene, &parts)?);
     Ok(CLEAR)
 }
 
-/// Writes the folder: meshes, program, scene file last, so that a folder that was begun and not finished is none. Nothing is written where a
-/// file of other content would be lost.
-fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> Result<()> {
+/// Writes the folder, and gives the scene that it holds. Nothing is written where no scene comes of it, or a file of other content would be lost.
+fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> Result<Scene> {
     let folder = &options.folder;
-    let program = folder.join(&scene.program);
-    let sources = parts.iter().map(|(from, part)| (from, folder.join(&part.file)));
-    let sources = sources.chain(options.program.iter().map(|from| (from, program.clone())));
-    let mut copies = Vec::new();
-    for (from, to) in sources {
-        if is_new(from, &to)? {
-            copies.push((from, to));
+    let read =
+        |from: &Path| rs274::file::bytes(from, LARGEST_FILE).with_context(|| format!("cannot read {}", from.display()));
+    let program = options.program.as_deref().map_or_else(|| Ok(scene.jog().into_bytes()), read)?;
+    let mut files = BTreeMap::from([(scene.program.clone(), program)]);
+    for (from, part) in parts {
+        files.insert(part.file.clone(), read(from)?);
+    }
+    for (name, bytes) in &files {
+        let file = folder.join(name);
+        if file.exists() && fs::read(&file).ok().as_ref() != Some(bytes) {
+            bail!(
+                "{}: the file is there already, with other content; move it away, or name another folder",
+                file.display()
+            );
         }
     }
-    let jog = scene.jog();
-    if options.program.is_none() && program.exists() && fs::read(&program).ok().as_deref() != Some(jog.as_bytes()) {
-        return Err(exists(&program));
-    }
-    let meshes = folder.join(MESHES);
-    fs::create_dir_all(&meshes).with_context(|| format!("cannot create {}", meshes.display()))?;
-    for (from, to) in copies {
-        fs::copy(from, to).with_context(|| format!("cannot copy {}", from.display()))?;
-    }
-    if options.program.is_none() {
-        fs::write(&program, jog).with_context(|| format!("cannot write {}", program.display()))?;
-    }
-    let file = folder.join("scene.toml");
-    fs::write(&file, scene.toml()).with_context(|| format!("cannot write {}", file.display()))
+    files.insert("scene.toml".to_owned(), scene.toml().into_bytes());
+    let made = Scene::from_memory(&folder.to_string_lossy(), files.clone(), &Overrides::default());
+    let made =
+        made.context("no scene can be made of these files, and nothing is written; --unit says what they are in")?;
+    write_folder(folder, files)?;
+    Ok(made)
 }
 
-/// Whether a file must be copied: false when `to` is the same file, or has the same content.
-///
-/// # Errors
-/// When `to` is a file of other content, or either cannot be read.
-fn is_new(from: &Path, to: &Path) -> Result<bool> {
-    if !to.exists() {
-        return Ok(true);
-    }
-    let full = |path: &Path| path.canonicalize().with_context(|| format!("cannot read {}", path.display()));
-    let content = |path: &Path| fs::read(path).with_context(|| format!("cannot read {}", path.display()));
-    if full(from)? == full(to)? || content(from)? == content(to)? {
-        return Ok(false);
-    }
-    Err(exists(to))
-}
-
-fn exists(path: &Path) -> anyhow::Error {
-    anyhow!("{}: the file is there already, with other content; move it away, or name another folder", path.display())
-}
-
-/// Loads what was written, and says what it holds.
-fn show(folder: &Path) -> Result<()> {
-    let shown = folder.display();
-    let scene = Scene::load(folder)
-        .with_context(|| format!("{shown}/scene.toml is written, and does not load; mend it by hand"))?;
-    say(extents_table(&scene).trim_fmt());
+/// Says what a new scene holds.
+fn show(folder: &Path, scene: &Scene) {
+    say(extents_table(scene).trim_fmt());
     for warning in scene.mesh_warnings() {
         note(format!("warning: {warning}"));
     }
@@ -155,10 +133,10 @@ fn show(folder: &Path) -> Result<()> {
             "note: no two parts move against each other yet: add --tool or --stock to a check, or parts to scene.toml",
         );
     }
+    let (folder, shown) = (folder.display(), quoted(&folder.to_string_lossy()));
     say(format!(
-        "\n{shown}/scene.toml is written. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
+        "\n{folder}/scene.toml is written. If the sizes are wrong, give the command again with --unit and --fresh. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
     ));
-    Ok(())
 }
 
 /// What is given, else asked for.

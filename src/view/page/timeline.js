@@ -78,6 +78,8 @@ class Timeline {
   draw(place) {
     const style = getComputedStyle(this.canvas);
     const { ctx, width, height } = sharp(this.canvas);
+    // Where the strip is hidden, as on paper, it has no size, and nothing can be drawn from a canvas without one.
+    if (width === 0 || height === 0) return;
     const strip = this.#background(width, height, style);
     ctx.clearRect(0, 0, width, height);
     ctx.drawImage(strip, 0, 0, width, height);

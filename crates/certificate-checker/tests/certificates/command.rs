@@ -82,6 +82,13 @@ fn bad_usage_ends_with_two() {
     }
     let (_, error, code) = run(&["no-such-file.cert"], "");
     assert!(code == 2 && error.starts_with("no-such-file.cert: "), "{error}");
+    // A mistyped path is no refusal of the certificate, and the system says what is wrong with it.
+    let cert = signed(&lines("five-axis"));
+    for (option, file) in [("--scene", "no-such"), ("--program", "no-such.ngc"), ("--program", ".")] {
+        let (out, error, code) = run(&["-", option, file], &cert);
+        let why = if file == "." { "no regular file" } else { "(os error" };
+        assert!(code == 2 && out.is_empty() && error.starts_with(option) && error.contains(why), "{out}{error}");
+    }
 }
 
 #[test]
@@ -108,7 +115,7 @@ fn what_cannot_be_written_or_decoded_is_no_panic() {
         // A reader that has gone away has read what it asked for.
         assert_eq!(run(&[file.as_os_str()], closed()), Some(code), "{}", file.display());
     }
-    assert_eq!(run(&[named.as_os_str(), "--scene".as_ref(), scene.as_os_str()], Stdio::null()), Some(1));
+    assert_eq!(run(&[named.as_os_str(), "--scene".as_ref(), scene.as_os_str()], Stdio::null()), Some(2));
     assert_eq!(run(&[std::ffi::OsStr::from_bytes(b"--\xe4")], closed()), Some(2));
     if let Ok(full) = std::fs::File::create("/dev/full") {
         assert_eq!(run(&[named.as_os_str()], full.into()), Some(2));

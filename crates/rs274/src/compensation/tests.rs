@@ -253,7 +253,7 @@ fn what_the_tool_cannot_follow_is_told_with_line_and_word() {
         ("G41 D2", "t.ngc:1:6: not allowed: a lathe tool's orientation outside the ZX plane (G18): `G41`"),
         (
             "G41 D9",
-            "t.ngc:1:10: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` in the scene): `D9`",
+            "t.ngc:1:10: tool is not in the tool table (`--tool-table`, or `[[program.tools]]` of a scene): `D9`",
         ),
         ("G41.1", "t.ngc:1:6: D, the tool's diameter, is missing: `G41.1`"),
     ] {
