@@ -5,6 +5,7 @@
 //! really does. The diameter is twice the distance from X zero of the program (LinuxCNC, "G96, G97").
 
 use super::canonical::Axis;
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Spindle, Values};
@@ -43,6 +44,21 @@ impl Interpreter<'_> {
             }
             (FeedMode::PerRevolution, _) => Ok(self.synchronous_rate(self.modes.feed, target)),
         }
+    }
+
+    /// The share of F that a straight move has along its [`Travel`]. On Fanuc's controls F is of all axes together, a degree being a millimetre or, in
+    /// G20, an inch (B-63534EN, linear interpolation: `G91 G1 X20. B40. F300.` takes √(20² + 40²) / 300 min); led by its tip the tool has F there.
+    pub(super) fn share_of_feed(&self, target: &Values9) -> f64 {
+        let is_of_all = self.setup.dialect == Dialect::Fanuc && self.modes.feed_mode == FeedMode::PerMinute;
+        let Travel::Along(length) = travel(&self.position, target) else { return 1.0 };
+        if !is_of_all || self.tip_mm.is_some() {
+            return 1.0;
+        }
+        let change = |axis: Axis| {
+            let unit = if axis.is_rotary() { self.modes.unit_mm() } else { 1.0 };
+            unit * (target[axis as usize] - self.position[axis as usize])
+        };
+        length / Axis::ALL.into_iter().map(|axis| change(axis).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Feed rate in mm/min of a move from the present position that travels `per_revolution` mm each turn of the spindle. `None`

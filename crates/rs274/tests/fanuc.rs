@@ -719,3 +719,19 @@ fn contours_have_bounds_and_their_errors_their_lines() {
     let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..lathe() };
     assert!(refused(&format!("{start}DO1\nG71P10Q20F0.2\n{CONTOUR}END1"), &setup).contains("more than 1000 blocks"));
 }
+
+#[test]
+fn a_feed_rate_is_that_of_all_axes_together() {
+    for (source, minutes) in [
+        ("G91 G1 X20. B40. F300.", 20_f64.hypot(40.0) / 300.0),
+        ("G20\nG91 G1 X2. B40. F30.", 2_f64.hypot(40.0) / 30.0),
+        ("G91 G1 Z3. W4. F10.", 0.5),
+        ("G91 G1 B40. F40.", 1.0),
+        ("G91 G93 G1 X20. B40. F2.", 0.5),
+    ] {
+        let program = run(&format!("{source}\nM30"), &fanuc());
+        let step = &program.moves[0];
+        let found = rs274::path::length(&rs274::Position::default(), step) / step.feed_mm_min.unwrap();
+        assert!((found - minutes).abs() < 1e-9, "{source}: {found}");
+    }
+}
