@@ -399,7 +399,10 @@ fn untimed(contents: &Contents) -> String {
     if each.is_empty() {
         return String::new();
     }
-    format!(" Timed were {}: in chunks of one stratum, and of 64 steps in a row one chunk at most.", listed(&each))
+    format!(
+        " Timed were {}: in chunks of one stratum; the strata of a recording count by their shares of it.",
+        listed(&each)
+    )
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
