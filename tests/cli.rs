@@ -391,7 +391,8 @@ fn meshes_and_poses_are_tried_as_a_scene() {
     let output = folder.run(&[&["try", "a piece.obj", "tool.obj", "few.csv"][..], &more].concat());
     let said = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
-    assert!(said.contains("by query time in `recorded`.") && !said.contains(" of the 12 poses in"), "{said}");
+    let undecided = "Undecided (too few poses) on few-scene, by query time in `recorded`.";
+    assert!(said.contains(undecided) && !said.contains(" of the 12 poses in"), "{said}");
     assert!(column(&folder.path("few/summary.csv"), "workload").contains("recorded"));
     assert!(
         said.contains("Nothing is shown where there was no contact to ask about: in `recorded` of few-scene."),
