@@ -93,7 +93,8 @@ function drawRatios() {
       found,
       (row) => row.cells.ratio,
       (row) => {
-        const { ratio, low, high, clusters, scene, variant } = row.cells;
+        const { ratio, clusters, scene, variant } = row.cells;
+        const [low, high] = endsOf(row);
         const said = interval(ratio, low, high);
         return {
           name: caseName(row),
@@ -159,13 +160,14 @@ function drawQueries() {
       (row) => row.cells[column],
       (row) => {
         const { cells } = row;
-        const [low, high] = column === "mean_ns" ? [cells.mean_low_ns, cells.mean_high_ns] : [undefined, undefined];
+        const ends = endsOf(row);
+        const [low, high] = column === "mean_ns" ? ends : [undefined, undefined];
         const said = isTime ? time(cells[column]) : number(cells[column]);
         /** @type {[string, string][]} */
         const facts = [
           ["poses", `${cells.stratum}, ${number(cells.poses)}`],
           ["mean", time(cells.mean_ns)],
-          ["interval", `${time(cells.mean_low_ns)} to ${time(cells.mean_high_ns)}`],
+          ["interval", ends.map(time).join(" to ") || "–"],
           ["median", time(cells.query_p50_ns)],
           ["99 %", time(cells.query_p99_ns)],
           ["volume tests", number(cells.volume_tests)],

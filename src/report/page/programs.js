@@ -128,8 +128,9 @@ function drawRanking() {
     const cells = scenes.map((scene) => {
       const row = placeIn(entry.variant, scene);
       if (!row) return el("td", { class: "right" }, entry.variant === data.baselines[0] ? "1" : "–");
-      const { ratio, low, high } = row.cells;
-      const ends = typeof low === "number" ? ` [${number(low)}, ${number(high)}]` : "";
+      const { ratio } = row.cells;
+      const [low, high] = endsOf(row);
+      const ends = low === undefined ? "" : ` [${number(low)}, ${number(high)}]`;
       const cell = el("td", { class: "right" }, el("b", {}, number(ratio)), el("small", {}, ends));
       const facts = /** @type {[string, string][]} */ ([["time ratio", interval(ratio, low, high)], ["effect", row.cells.effect]]);
       return tells(cell, `${entry.label}, ${scene}`, facts, [row]);
