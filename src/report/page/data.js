@@ -22,6 +22,8 @@
  * @property {Record<string, Look>} looks
  * @property {Reading[]} readings
  * @property {Ranked[]} ranking
+ * @property {Record<string, string>} ranked_by the workload by which each scene is ranked
+ * @property {string} quantity what the ranking compares, in words
  * @property {string[]} noise
  * @property {string | null} noise_in_short
  * @property {number[]} standing lines of `claims.csv` that stand for a claim as a whole

@@ -102,12 +102,14 @@ function drawPrograms() {
 /** The row of `ratios.csv` that a place in the ranking has in a scene. @param {string} id @param {string} scene */
 function placeIn(id, scene) {
   const { all } = data.words;
-  const metric = rows("ratios.csv").some(({ cells }) => cells.metric === "program-time") ? "program-time" : "time";
+  const workload = data.ranked_by[scene];
+  const metric = workload === "program-time" ? workload : "time";
   return rows("ratios.csv").find(
     ({ cells }) =>
       cells.scene === scene &&
       cells.stratum === all &&
       cells.metric === metric &&
+      cells.workload === workload &&
       cells.variant === id &&
       cells.baseline === data.baselines[0] &&
       isDefault(id, cells.policy) &&
@@ -160,7 +162,7 @@ function drawRanking() {
     el("tbody", {}, ...lines),
   );
   head.append(
-    el("p", { class: "about" }, `Time relative to ${base}, with 95 % intervals; by the geometric mean over the scenes. Below the rule: no volumes on the common tree.`),
+    el("p", { class: "about" }, ...prose(`By ${data.quantity} relative to ${base}, with 95 % intervals; ordered by geometric mean. Below the rule: no volumes on the common tree.`)),
     oneStop(el("div", { class: "scroll" }, table)),
   );
 }
