@@ -154,6 +154,13 @@ test("without programs the ranking has the numbers of its own workload", () =>
       }
       assert.ok(compared > 5, `${compared} ratios`);
       assert.match((await tab.textContent("#ranking .about")) ?? "", /query time in program/);
+      // Charts begin with what the run has, in that workload.
+      const pressed = (label) => tab.locator(`#speed [aria-label="${label}"] button[aria-pressed="true"]`).allTextContents();
+      assert.deepEqual(await pressed("Workload"), ["program", "program"]);
+      for (const button of await tab.locator('#charts-ratios [aria-label="Measure"] button').all()) {
+        await button.click();
+        assert.ok((await tab.locator("#charts-ratios svg.drawing").count()) > 0, `${await button.textContent()} shows nothing`);
+      }
     },
     {},
     writtenAnew("no-programs", "program-time"),
@@ -285,6 +292,8 @@ async function claims(tab) {
 async function filters(tab) {
   const chart = tab.locator("#charts-ratios .place");
   const drawn = () => chart.innerHTML();
+  await tab.click('#charts-ratios button[data-value="program-time-cold"]');
+  assert.ok((await chart.locator("svg").count()) > 0, "cold programs show nothing");
   const panels = () => chart.locator("figure").count();
   await tab.click("#filters summary");
   await tab.click('#charts-ratios button[data-value="time"]');
