@@ -170,7 +170,11 @@ fn what_cannot_be_done_is_refused_with_its_cause() {
     assert!(folder.refused(&["stage", "measure", "--policy", "median/own/9"]).contains("median/own/9"));
     assert!(folder.refused(&["frobnicate"]).contains("frobnicate"));
     assert!(folder.refused(&["stage", "analyze", "--out", "nowhere"]).contains("manifest.json"));
-    assert!(folder.refused(&smoke("verify", "x", &["--workload", "dance"])).contains("dance"));
+    for of_a_scene in [smoke("verify", "x", &[]), vec!["try", "scene", "--out", "x"]] {
+        let unknown = folder.refused(&[&of_a_scene[..], &["--workload", "dance"]].concat());
+        assert!(unknown.contains("has no workload `dance`; it has "), "{unknown}");
+        assert!(!folder.path("x").exists(), "a run was begun, which would refuse the corrected request");
+    }
 
     folder.write("malformed/scene.toml", "title = \"x\"\nparts = [\n");
     let malformed = folder.refused(&["stage", "verify", "--scene", "malformed", "--out", "x"]);
