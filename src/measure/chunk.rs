@@ -3,7 +3,8 @@
 //! A chunk holds poses of one workload, one pair and one stratum, consecutive where they come from a path. Every case runs
 //! the same chunks, which is what makes the comparison paired. Strata get equal shares, because a program spends most of
 //! its time far from everything and a mean over it would say little about the rest. No two chunks of a run share a line (an approach, a ray,
-//! a stretch of a path), so that chunks are independent of one another.
+//! a stretch of a path), so that chunks are independent of one another. Only in a recording with too few lines for all its strata do they:
+//! its mean is that of all its poses, so that no stratum may be left out.
 
 use super::judged::JudgedPair;
 use crate::record::{RECORDED, Stratum};
@@ -12,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Most poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
 /// say more than few long ones; still a run over one of them is long against a call and what it finds cold.
 pub const SHORT: usize = 16;
-/// A shorter chunk of a run is not worth timing, unless a recording has no more poses.
+/// A shorter chunk of a run is not worth timing, unless it is the first of a stratum of a recording.
 const SHORTEST: usize = 8;
 /// Poses in a chunk where something is kept or done for each chunk besides: a row of every cell of an audit, a message to every engine.
 pub const LONG: usize = 64;
@@ -21,7 +22,7 @@ const PEER_CHUNKS: usize = 4;
 /// Of how many pairs and workloads of a stratum the control runs a pose: it tests some 10^8 pairs of triangles there, and nobody asks for
 /// more of it than an order of magnitude over all strata.
 const CONTROL_PAIRS: usize = 1;
-/// A stratum with fewer poses than this in a workload is left out there. A recording that has no stratum of so many is timed by its largest.
+/// A stratum with fewer poses than this in a workload is left out there, unless the workload is a recording.
 const FEWEST_POSES: usize = 16;
 
 /// Who runs a chunk.
@@ -52,23 +53,13 @@ pub struct Chunk {
 
 /// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of a stratum. Chunks
 /// hold at most [`SHORT`] poses, of whole lines as far as these fit, and no line has poses in two chunks: where lines run out there
-/// are fewer chunks.
+/// are fewer chunks. Every stratum of a recording has a chunk.
 pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     let mut chosen: Vec<(Stratum, usize, Vec<Vec<usize>>)> = Vec::new();
-    let of_recording = fewest_recorded(judged);
-    let fewest = |pair: &JudgedPair| if pair.workload == RECORDED { of_recording } else { FEWEST_POSES };
-    let is_member = |pair: &JudgedPair, stratum: Stratum| count(pair, stratum) >= fewest(pair);
     let members = |stratum: Stratum| judged.iter().filter(|pair| is_member(pair, stratum)).count();
-    let quotas = Stratum::ALL.map(|stratum| budget / Stratum::ALL.len() / members(stratum).max(1) / SHORT);
+    let quotas = Stratum::ALL.map(|stratum| (budget / Stratum::ALL.len() / members(stratum).max(1) / SHORT).max(1));
     for (index, pair) in judged.iter().enumerate() {
-        let mut strata: Vec<Supply> = Stratum::ALL
-            .into_iter()
-            .zip(quotas)
-            .filter(|(stratum, _)| is_member(pair, *stratum))
-            .map(|(stratum, quota)| Supply::new(pair, stratum, quota.max(1), fewest(pair)))
-            .collect();
-        // The rarest has the first choice.
-        strata.sort_by_key(|supply| supply.lines.len());
+        let mut strata = supplies(pair, quotas);
         let mut used = BTreeSet::new();
         while strata.iter_mut().map(|supply| supply.take(&mut used)).fold(false, |any, taken| any | taken) {}
         chosen.extend(strata.into_iter().map(|supply| (supply.stratum, index, supply.chunks)));
@@ -93,30 +84,38 @@ pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     chunks
 }
 
-fn count(pair: &JudgedPair, stratum: Stratum) -> usize {
-    pair.poses.iter().filter(|pose| pose.stratum == stratum).count()
+/// Whether a pair has enough poses of a stratum for it to be timed.
+fn is_member(pair: &JudgedPair, stratum: Stratum) -> bool {
+    let count = pair.poses.iter().filter(|pose| pose.stratum == stratum).count();
+    count >= if pair.workload == RECORDED { 1 } else { FEWEST_POSES }
 }
 
-/// The fewest poses of a stratum that are timed in a recording.
-fn fewest_recorded(judged: &[JudgedPair]) -> usize {
-    let pairs = judged.iter().filter(|pair| pair.workload == RECORDED);
-    let largest = pairs.flat_map(|pair| Stratum::ALL.map(|stratum| count(pair, stratum))).max();
-    largest.unwrap_or_default().clamp(1, FEWEST_POSES)
+/// The strata of a pair that are timed, the rarest first: it has the first choice of lines.
+fn supplies(pair: &JudgedPair, quotas: [usize; Stratum::ALL.len()]) -> Vec<Supply> {
+    let members = Stratum::ALL.into_iter().zip(quotas).filter(|(stratum, _)| is_member(pair, *stratum));
+    let mut strata: Vec<Supply> = members.map(|(stratum, quota)| Supply::new(pair, stratum, quota)).collect();
+    strata.sort_by_key(|supply| supply.lines.len());
+    if pair.workload == RECORDED {
+        let lines: BTreeSet<u32> = pair.poses.iter().map(|pose| pose.line).collect();
+        let share = (lines.len() / strata.len().max(1)).max(1);
+        strata.iter_mut().for_each(|supply| supply.share = Some(share));
+    }
+    strata
 }
 
 /// The lines of a pair that have poses of a stratum, and the chunks made of them.
 struct Supply {
     stratum: Stratum,
     quota: usize,
-    /// A shorter chunk is not worth timing.
-    shortest: usize,
+    /// Of a recording, whose strata must all be timed: most lines of a chunk, so that the other strata find lines, too.
+    share: Option<usize>,
     /// Lines with their poses, in an order that spreads over all of them.
     lines: Vec<(u32, Vec<usize>)>,
     chunks: Vec<Vec<usize>>,
 }
 
 impl Supply {
-    fn new(pair: &JudgedPair, stratum: Stratum, quota: usize, fewest: usize) -> Self {
+    fn new(pair: &JudgedPair, stratum: Stratum, quota: usize) -> Self {
         let mut lines: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for pose in pair.poses_in(stratum) {
             lines.entry(pair.poses[pose].line).or_default().push(pose);
@@ -125,23 +124,28 @@ impl Supply {
         // Multiples of the golden ratio modulo 1 divide the lines evenly, however many are taken.
         let place = |line: u32| (f64::from(line) * 0.618_033_988_749_895).fract();
         lines.sort_by(|a, b| place(a.0).total_cmp(&place(b.0)));
-        Self { stratum, quota, shortest: SHORTEST.min(fewest), lines, chunks: Vec::new() }
+        Self { stratum, quota, share: None, lines, chunks: Vec::new() }
     }
 
-    /// Makes one more chunk of lines that are not used yet; `false` when there need not or cannot be one.
+    /// Makes one more chunk of lines that are not used yet; `false` when there need not or cannot be one. The first chunk of a stratum of a
+    /// recording may be of any length, and takes used lines where no other is left.
     fn take(&mut self, used: &mut BTreeSet<u32>) -> bool {
         if self.chunks.len() == self.quota {
             return false;
         }
+        let must_be = self.share.is_some() && self.chunks.is_empty();
+        let shortest = if must_be { 1 } else { SHORTEST };
+        let takes_used = must_be && self.lines.iter().all(|(line, _)| used.contains(line));
+        let free = self.lines.iter().filter(|(line, _)| takes_used || !used.contains(line));
         let (mut poses, mut lines) = (Vec::new(), Vec::new());
-        for (line, of_line) in self.lines.iter().filter(|(line, _)| !used.contains(line)) {
+        for (line, of_line) in free.take(self.share.unwrap_or(usize::MAX)) {
             poses.extend(of_line.iter().copied().take(SHORT - poses.len()));
             lines.push(*line);
             if poses.len() == SHORT {
                 break;
             }
         }
-        if poses.len() < self.shortest {
+        if poses.len() < shortest {
             self.quota = self.chunks.len();
             return false;
         }
@@ -206,39 +210,56 @@ mod tests {
     use crate::record::Band;
     use crate::scene::Pair;
 
-    /// One pair on one line, with so many far and so many colliding poses.
-    fn pair_of(workload: &str, (far, colliding): (usize, usize)) -> JudgedPair {
-        let pose = |stratum| JudgedPose {
+    /// One pair, with so many far and so many colliding poses on each line.
+    fn pair_of(workload: &str, lines: &[(usize, usize)]) -> JudgedPair {
+        let pose = |(line, stratum)| JudgedPose {
             a_from_b: Isometry::identity(),
             witness: None,
             contained: false,
             stratum,
             band: Band::Clear,
             clearance_mm: 0.0,
-            line: 0,
+            line,
         };
-        let strata = [(Stratum::Far, far), (Stratum::Colliding, colliding)];
-        let poses = strata.into_iter().flat_map(|(stratum, poses)| vec![pose(stratum); poses]).collect();
+        let of_line = |(line, &(far, colliding)): (u32, &(usize, usize))| {
+            [vec![(line, Stratum::Far); far], vec![(line, Stratum::Colliding); colliding]].concat()
+        };
+        let poses = (0..).zip(lines).flat_map(of_line).map(pose).collect();
         JudgedPair { workload: workload.to_owned(), pair: Pair { a: 0, b: 1 }, poses }
     }
 
+    /// The mean over a recording is that of all its poses, so that each of its strata is timed.
     #[test]
-    fn a_recording_is_timed_however_few_poses_it_has() {
-        let none: &[(Stratum, usize)] = &[];
-        for (workload, poses, expected) in [
-            (RECORDED, (0, 0), none),
-            (RECORDED, (0, 1), &[(Stratum::Colliding, 1)]),
-            (RECORDED, (14, 9), &[(Stratum::Far, 14)]),
-            (RECORDED, (15, 15), &[(Stratum::Colliding, 15)]),
-            // Where a stratum has enough it is as in other workloads.
-            (RECORDED, (40, 15), &[(Stratum::Far, 16)]),
-            ("random", (40, 15), &[(Stratum::Far, 16)]),
-            ("random", (14, 15), none),
+    fn no_stratum_of_a_recording_is_left_out() {
+        let (hit, far) = (|poses: usize| (Stratum::Colliding, poses), |poses: usize| (Stratum::Far, poses));
+        let none: &[(usize, usize)] = &[];
+        let spread: &[(usize, usize)] = &[(60, 4), (60, 4), (60, 4), (61, 3), (61, 3)];
+        let grouped: &[(usize, usize)] = &[(46, 18), (64, 0), (64, 0), (64, 0), (64, 0)];
+        for (workload, lines, expected) in [
+            (RECORDED, none, vec![]),
+            (RECORDED, &[(0, 1)], vec![hit(1)]),
+            // A single line is shared.
+            (RECORDED, &[(14, 9)], vec![hit(9), far(14)]),
+            (RECORDED, &[(40, 15)], vec![hit(15), far(16)]),
+            (RECORDED, &[(10, 3), (10, 3)], vec![hit(3), far(10)]),
+            // The same poses in two orders.
+            (RECORDED, spread, vec![hit(8), far(16), far(16), far(16)]),
+            (RECORDED, grouped, vec![hit(16), far(16), far(16), far(16), far(16)]),
+            ("random", &[(40, 15)], vec![far(16)]),
+            ("random", &[(14, 15)], vec![]),
         ] {
-            let chunks = select(&[pair_of(workload, poses)], 512);
-            let timed = chunks.iter().filter(|chunk| chunk.participants != Participants::Control);
-            let timed: Vec<(Stratum, usize)> = timed.map(|chunk| (chunk.stratum, chunk.poses.len())).collect();
-            assert_eq!(timed, expected, "{workload} {poses:?}");
+            let pairs = [pair_of(workload, lines)];
+            let chunks = select(&pairs, 512);
+            let timed = || chunks.iter().filter(|chunk| chunk.participants != Participants::Control);
+            let found: Vec<(Stratum, usize)> = timed().map(|chunk| (chunk.stratum, chunk.poses.len())).collect();
+            assert_eq!(found, expected, "{workload} {lines:?}");
+            // Where there are lines for all strata, no two chunks share one.
+            let lines_of = |chunk: &Chunk| -> BTreeSet<u32> {
+                chunk.poses.iter().map(|&pose| pairs[0].poses[pose].line).collect()
+            };
+            let distinct: BTreeSet<u32> = timed().flat_map(lines_of).collect();
+            let total: usize = timed().map(|chunk| lines_of(chunk).len()).sum();
+            assert!(lines.len() < 2 || total == distinct.len(), "{workload} {lines:?}");
         }
     }
 

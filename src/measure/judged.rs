@@ -4,7 +4,7 @@ use super::Progress;
 use super::measured::ProgramQuery;
 use super::plan::Plan;
 use crate::geometry::Isometry;
-use crate::record::{Band, PROGRAM_TIME, Stratum};
+use crate::record::{Band, Stratum};
 use crate::scene::{Pair, ProgramRun, Scene};
 use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey, Verdict};
 use crate::workload::{self, PairPoses, PairSteps, PosedPair, Source, Workload, WorkloadError};
@@ -68,16 +68,6 @@ pub enum JudgeError {
     /// The truth cannot be stored.
     #[error(transparent)]
     Cache(#[from] CacheError),
-    /// No workload of the scene has the name asked for.
-    #[error("scene `{scene}` has no workload `{asked}`; it has {known}")]
-    NoSuchWorkload {
-        /// The scene.
-        scene: String,
-        /// What was asked for.
-        asked: String,
-        /// What there is.
-        known: String,
-    },
 }
 
 impl JudgedPose {
@@ -109,11 +99,6 @@ pub fn judge(
 ) -> Result<Vec<JudgedPair>, JudgeError> {
     let workloads = workload::generate(scene, poses, plan.selection.seed)?;
     let asked = &plan.selection.workloads;
-    let is_known = |name: &String| name == PROGRAM_TIME || workloads.iter().any(|workload| workload.name == *name);
-    if let Some(missing) = asked.iter().find(|name| !is_known(name)) {
-        let known = workloads.iter().map(|workload| workload.name.as_str()).collect::<Vec<_>>().join(", ");
-        return Err(JudgeError::NoSuchWorkload { scene: scene.name.clone(), asked: missing.clone(), known });
-    }
     let chosen: Vec<&Workload> =
         workloads.iter().filter(|workload| asked.is_empty() || asked.contains(&workload.name)).collect();
     progress.begin(&format!("{}: exact truth", scene.name), chosen.iter().map(|workload| workload.len() as u64).sum());

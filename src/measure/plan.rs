@@ -7,10 +7,11 @@ use super::shard::Shard;
 use crate::method::Kind;
 use crate::record::manifest::{BinaryEntry, Request, SceneEntry, VariantEntry};
 use crate::record::rows::CaseKey;
-use crate::record::{ALL_VARIANTS, CaseRow, Manifest, NULL_VARIANT};
+use crate::record::{ALL_VARIANTS, CaseRow, Manifest, NULL_VARIANT, PROGRAM_TIME};
 use crate::registry::{Registry, Variant};
 use crate::scene::{Scene, SceneError};
 use crate::tree::{Policy, SplitRule};
+use crate::workload;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -92,6 +93,16 @@ pub enum PlanError {
         /// The name.
         name: String,
     },
+    /// No workload of a scene has the name asked for.
+    #[error("scene `{scene}` has no workload `{asked}`; it has {known}")]
+    NoSuchWorkload {
+        /// The scene.
+        scene: String,
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
     /// A request that this version cannot carry out.
     #[error("the request of the manifest: {0}")]
     Request(String),
@@ -149,7 +160,7 @@ impl Plan {
     /// Resolves a selection against a registry and loads its scenes.
     ///
     /// # Errors
-    /// An unknown variant, or a scene that cannot be loaded.
+    /// An unknown variant, a scene that cannot be loaded, or one without a workload that was asked for.
     pub fn new(selection: Selection, registry: &Registry) -> Result<Self, PlanError> {
         let names: Vec<String> = match selection.scenes.as_slice() {
             [] => Scene::BY_DEFAULT.iter().map(|&name| name.to_owned()).collect(),
@@ -177,6 +188,12 @@ impl Plan {
             }
             if scenes.iter().any(|other| other.name == scene.name) {
                 return Err(PlanError::SameName { name: scene.name });
+            }
+            let known = workload::names(&scene);
+            let is_known = |name: &str| name == PROGRAM_TIME || known.contains(&name);
+            if let Some(asked) = selection.workloads.iter().find(|name| !is_known(name)) {
+                let (asked, known) = (asked.clone(), known.join(", "));
+                return Err(PlanError::NoSuchWorkload { scene: scene.name, asked, known });
             }
             scenes.push(scene);
         }

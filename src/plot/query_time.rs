@@ -8,7 +8,8 @@ use crate::record::{Stratum, SummaryRow};
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let point = |row: &SummaryRow| {
-        let [value, low, high] = [row.mean_ns, row.mean_low_ns, row.mean_high_ns].map(|ns| ns / 1e3);
+        let (low, high) = row.interval().unwrap_or((row.mean_ns, row.mean_ns));
+        let [value, low, high] = [row.mean_ns, low, high].map(|ns| ns / 1e3);
         value.is_finite().then_some(Point { value, low, high })
     };
     let panels = data.workloads().into_iter().map(|(scene, workload)| {

@@ -507,6 +507,18 @@ pub struct SummaryRow {
     pub miss_rate_high: f64,
 }
 
+impl SummaryRow {
+    /// The ends of the interval of the mean, ns; `None` without one, and of a single cluster, whose spread is unknown.
+    pub fn interval(&self) -> Option<(f64, f64)> {
+        ends(self.clusters, self.mean_low_ns, self.mean_high_ns)
+    }
+}
+
+/// The ends of an interval; `None` without one, and of a single cluster, whose spread is unknown.
+fn ends(clusters: u64, low: f64, high: f64) -> Option<(f64, f64)> {
+    (clusters != 1 && low.is_finite() && high.is_finite()).then_some((low, high))
+}
+
 /// The time that one case needs for a whole program, up to its first collision: the paper's quantity. Derived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProgramTimeRow {
@@ -578,7 +590,7 @@ pub struct RatioRow {
 impl RatioRow {
     /// The ends of the interval; `None` without one, and of a single cluster, whose spread is unknown.
     pub fn interval(&self) -> Option<(f64, f64)> {
-        (self.clusters != 1 && self.low.is_finite() && self.high.is_finite()).then_some((self.low, self.high))
+        ends(self.clusters, self.low, self.high)
     }
 }
 

@@ -7,6 +7,7 @@
 use super::Contents;
 use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
+use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
 use crate::analysis::{ALL, STEADY, counted, distinct, is_query_time, ranked_by};
@@ -330,12 +331,14 @@ struct Timed<'a> {
     label: &'a str,
     ratio: f64,
     interval: Option<(f64, f64)>,
+    /// Whether its query times are of too few clusters of poses to decide.
+    has_few_clusters: bool,
 }
 
 /// Scenes with the same fastest volumes.
 struct Group<'a> {
-    /// The fastest volume, and those that are not told apart from it; none where the timings are noisy.
-    leaders: Vec<&'a str>,
+    /// The fastest volume, and those that are not told apart from it, or why nothing is decided.
+    leaders: Result<Vec<&'a str>, &'static str>,
     /// The workload by which the scenes are ranked.
     workload: &'a str,
     scenes: Vec<&'a str>,
@@ -359,7 +362,11 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = if is_noisy(contents, scene) { Vec::new() } else { leaders(volumes) };
+        let leaders = match () {
+            () if volumes.iter().any(|volume| volume.has_few_clusters) => Err("too few poses"),
+            () if is_noisy(contents, scene) => Err("noisy"),
+            () => Ok(leaders(volumes)),
+        };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
             Some(known) => known.scenes.push(scene),
@@ -367,11 +374,11 @@ fn fastest(contents: &Contents) -> Statement {
         }
     }
     let each = groups.iter().map(|Group { leaders, workload, scenes }| {
-        let names: Vec<String> = leaders.iter().map(|label| format!("the {label}")).collect();
-        let names = match &names[..] {
-            [] => "undecided (noisy)".to_owned(),
-            [only] => only.clone(),
-            several => format!("{}, not told apart,", listed(several)),
+        let the = |labels: &Vec<&str>| labels.iter().map(|label| format!("the {label}")).collect::<Vec<_>>();
+        let names = match leaders.as_ref().map(the).as_deref() {
+            Err(reason) => format!("undecided ({reason})"),
+            Ok([only]) => only.clone(),
+            Ok(several) => format!("{}, not told apart,", listed(several)),
         };
         let by = if *workload == PROGRAM_TIME { String::new() } else { format!(", by query time in `{workload}`") };
         format!("{names} on {}{by}", listed(scenes))
@@ -399,7 +406,10 @@ fn untimed(contents: &Contents) -> String {
     if each.is_empty() {
         return String::new();
     }
-    format!(" Timed were {}: in chunks of one stratum, and of 64 steps in a row one chunk at most.", listed(&each))
+    format!(
+        " Timed were {}: in chunks of one stratum; the strata of a recording count by their shares of it.",
+        listed(&each)
+    )
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
@@ -408,11 +418,13 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
     let timed = volumes.filter_map(|entry| {
         if entry.variant == *baseline {
-            return Some(Timed { label: &entry.label, ratio: 1.0, interval: Some((1.0, 1.0)) });
+            let interval = Some((1.0, 1.0));
+            return Some(Timed { label: &entry.label, ratio: 1.0, interval, has_few_clusters: false });
         }
         let case = CaseRef { variant: entry.variant.clone(), policy: None };
         let row = paired(contents, &case, &reference).into_iter().find(|row| row.scene == scene)?;
-        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval() })
+        let has_few_clusters = row.metric != PROGRAM_TIME && row.clusters < CLUSTERS_MIN as u64;
+        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval(), has_few_clusters })
     });
     let mut timed: Vec<Timed> = timed.collect();
     timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
@@ -445,8 +457,8 @@ fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads
 /// everywhere. Scenes without a leader count for nothing.
 fn contrast(timed: &[(&str, Vec<Timed>)], groups: &[Group<'_>]) -> String {
-    let led: Vec<&Group<'_>> = groups.iter().filter(|group| !group.leaders.is_empty()).collect();
-    let is_leader = |label: &str| led.iter().any(|group| group.leaders[0] == label);
+    let led: Vec<&Group<'_>> = groups.iter().filter(|group| group.leaders.is_ok()).collect();
+    let is_leader = |label: &str| led.iter().filter_map(|group| group.leaders.as_ref().ok()).any(|of| of[0] == label);
     let worst = timed
         .iter()
         .filter(|(scene, _)| led.iter().any(|group| group.scenes.contains(scene)))

@@ -445,12 +445,13 @@ fn times(contents: &Contents) -> String {
     let mut table = Table::new(&headings);
     for row in contents.summary.iter().filter(|row| row.stratum == ALL && row.variant != NULL_VARIANT) {
         let us = |ns: Option<f64>| ns.map_or_else(|| "-".to_owned(), |ns| number(ns / 1e3));
+        let (low, high) = row.interval().map(|(low, high)| (low / 1e3, high / 1e3)).unzip();
         table.row([
             row.scene.clone(),
             row.workload.clone(),
             contents.label(&row.variant).to_owned(),
             row.case().policy(),
-            interval(Some(row.mean_ns / 1e3), Some(row.mean_low_ns / 1e3), Some(row.mean_high_ns / 1e3)),
+            interval(Some(row.mean_ns / 1e3), low, high),
             us(row.query_p50_ns),
             us(row.query_p95_ns),
             us(row.query_p99_ns),

@@ -77,6 +77,20 @@ fn a_run_of_one_launch_speaks_of_no_intervals() {
     assert!(answer(3).ends_with("(95 % intervals)."), "{}", answer(3));
 }
 
+/// The spread of a single cluster is unknown, here of control poses on one line.
+#[test]
+fn a_mean_over_one_cluster_has_no_interval() {
+    let mut run = Run::generate(&Plan::default());
+    run.poses.iter_mut().filter(|row| row.workload == "control").for_each(|row| row.line = 0);
+    let (_folder, text) = report_of(&run);
+    let times = text.split("## Times and counts of a query").nth(1).unwrap().split("\n## ").next().unwrap();
+    for (workload, has_interval) in [("control", false), ("approach", true)] {
+        let start = format!("| {} | {workload} |", SCENES[0]);
+        let lines: Vec<&str> = times.lines().filter(|line| line.starts_with(&start)).collect();
+        assert!(!lines.is_empty() && lines.iter().any(|line| line.contains(" [")) == has_interval, "{lines:?}");
+    }
+}
+
 /// The report begins with the answer, the figure with its ratios, and the ranking.
 #[test]
 fn the_report_opens_with_the_answer() {

@@ -122,6 +122,12 @@ pub trait Solid: Send + Sync {
     /// `tightness.csv` and `trees.csv` are measured on the hull of their ends. They must therefore extend as far as the volume.
     fn outline(&self) -> Vec<Segment>;
 
+    /// Orthogonal directions (columns) along which `outline` reaches as far as the volume, and in which the volume fills most of the box
+    /// around it. The overlap of siblings is sampled in such a box.
+    fn axes(&self) -> Matrix3<f64> {
+        self.as_box().map_or_else(Matrix3::identity, |own| own.axes)
+    }
+
     /// The volume as an oriented box, for shapes that are boxes; `None` for others. It is used to count where separating-axis tests end
     /// ([`shape::obb::exit`]).
     fn as_box(&self) -> Option<Obb> {

@@ -8,7 +8,7 @@ use super::rss::Rss;
 use super::shape::obb::{Obb, ObbPose};
 use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector};
-use nalgebra::Unit;
+use nalgebra::{Matrix3, Unit};
 
 /// A box and a sphere-swept rectangle around the same contents. Size, shape and containment are those of the box.
 #[derive(Clone, Debug)]
@@ -76,6 +76,10 @@ impl Solid for ObbRss {
 
     fn outline(&self) -> Vec<Segment> {
         self.obb.outline()
+    }
+
+    fn axes(&self) -> Matrix3<f64> {
+        self.obb.axes
     }
 }
 

@@ -122,6 +122,10 @@ impl Solid for Rss {
         8.0 * a * b + 4.0 * PI * (a + b) * r + 4.0 * PI * r * r
     }
 
+    fn axes(&self) -> Matrix3<f64> {
+        self.axes
+    }
+
     /// The rectangle, offset to both sides by the radius, and half circles around its corners.
     fn outline(&self) -> Vec<Segment> {
         const STEPS: u32 = 12;

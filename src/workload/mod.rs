@@ -149,6 +149,22 @@ impl Budget<'_> {
     }
 }
 
+/// Names of the workloads of a scene, which are known before any pose is made.
+pub fn names(scene: &Scene) -> Vec<&'static str> {
+    let recorded = scene.recording.iter().map(|_| Source::Recorded);
+    recorded.chain(shares(scene).map(|(source, _)| source)).map(Source::name).collect()
+}
+
+/// The sources of a scene, each with its share of the poses that a recording leaves.
+fn shares(scene: &Scene) -> impl Iterator<Item = (Source, usize)> {
+    let all = [
+        (Source::Program, usize::from(scene.program.is_some())),
+        (Source::Approach, usize::from(!scene.approaches.is_empty())),
+        (Source::Random, if scene.random.is_empty() { 0 } else { 2 }),
+    ];
+    all.into_iter().filter(|(_, share)| *share > 0)
+}
+
 /// The workloads of a scene, with about `poses` posed pairs in total. Recorded poses take up to half. Of the rest, random poses take half,
 /// and approaches and the program a quarter each; the share of a source that the scene lacks goes to the others.
 ///
@@ -180,23 +196,18 @@ fn generate_of(
     is_wanted: impl Fn(Source) -> bool,
 ) -> Result<Vec<Workload>, WorkloadError> {
     let mut workloads = Vec::new();
-    let others = [
-        (Source::Program, usize::from(scene.program.is_some())),
-        (Source::Approach, usize::from(!scene.approaches.is_empty())),
-        (Source::Random, if scene.random.is_empty() { 0 } else { 2 }),
-    ];
-    let shares: usize = others.iter().map(|(_, share)| share).sum();
+    let total: usize = shares(scene).map(|(_, share)| share).sum();
     let mut left = poses;
     if let Some(recording) = &scene.recording {
-        let most = if shares == 0 { left } else { left / 2 };
+        let most = if total == 0 { left } else { left / 2 };
         let count = most / scene.pairs.len();
         let of = |&pair: &Pair| PairPoses { pair, poses: recorded::poses(recording, pair, count) };
         let workload = named(Source::Recorded, scene.pairs.iter().map(of).collect());
         left = left.saturating_sub(workload.len());
         workloads.extend(is_wanted(Source::Recorded).then_some(workload));
     }
-    for (source, share) in others.into_iter().filter(|(source, share)| *share > 0 && is_wanted(*source)) {
-        let budget = left * share / shares;
+    for (source, share) in shares(scene).filter(|(source, _)| is_wanted(*source)) {
+        let budget = left * share / total;
         workloads.push(named(
             source,
             match source {

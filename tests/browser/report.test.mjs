@@ -8,7 +8,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { cpSync, mkdirSync, readFileSync, rmSync, statSync } from "node:fs";
+import { cpSync, mkdirSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, test } from "node:test";
 import { pathToFileURL } from "node:url";
@@ -38,17 +38,20 @@ before(async () => {
 });
 after(() => browser?.close());
 
-/** The report of the committed run, made by bvbench. */
-function writtenAnew() {
-  const folder = path.join(work, "pages/reference");
+/** The report of the committed run, made by bvbench; of `metric` there are no ratios. */
+function writtenAnew(name = "reference", metric = "") {
+  const folder = path.join(work, "pages", name);
   rmSync(folder, { recursive: true, force: true }); // what an older bvbench left there would be shown too
   cpSync(path.join(root, "results/reference"), folder, { recursive: true });
+  const ratios = path.join(folder, "ratios.csv");
+  const kept = readFileSync(ratios, "utf8").split("\n").filter((line) => metric === "" || !line.includes(`,${metric}`));
+  writeFileSync(ratios, kept.join("\n"));
   execFileSync(path.resolve(root, process.env.BVBENCH ?? "target/release/bvbench"), ["stage", "report", "--out", folder]);
   return path.join(folder, "report.html");
 }
 
 /** Opens the page as a reader would who has no network, and closes it again; what it complains of fails the test. */
-async function opened(use, options = {}) {
+async function opened(use, options = {}, page = file) {
   const context = await browser.newContext({ viewport: { width: 1360, height: 900 }, offline: true, ...options });
   const tab = await context.newPage();
   const complaints = [];
@@ -59,7 +62,7 @@ async function opened(use, options = {}) {
   tab.on("request", (request) => {
     if (!/^(file|data):/.test(request.url())) complaints.push(`asks for ${request.url()}`);
   });
-  await tab.goto(pathToFileURL(path.resolve(file)).href);
+  await tab.goto(pathToFileURL(path.resolve(page)).href);
   await tab.waitForFunction(() => document.documentElement.dataset.ready !== undefined);
   await use(tab);
   assert.deepEqual(complaints, []);
@@ -123,6 +126,44 @@ test("the answer, the figure and the ranking are on the first screen", () =>
       assert.ok(questions.length >= 2 && questions.every((question) => question.endsWith("?")), questions.join(" "));
     },
     { viewport: { width: 1400, height: 900 } },
+  ));
+
+test("without programs the ranking has the numbers of its own workload", () =>
+  opened(
+    async (tab) => {
+      const data = JSON.parse((await tab.textContent("#data-of-the-run")) ?? "");
+      const { columns, rows } = data.tables["ratios.csv"];
+      const cells = rows.map(([, ...values]) => Object.fromEntries(columns.map((column, i) => [column, values[i]])));
+      const policy = (id) => data.manifest.variants.find((one) => one.id === id).policies[0];
+      const [below] = data.baselines;
+      const ratios = cells.filter(
+        (row) =>
+          row.metric === "time" && row.workload === "program" && row.stratum === "all" && row.baseline === below && row.baseline_policy === policy(below),
+      );
+      const lines = await tab.locator("#ranking tbody tr").all();
+      assert.equal(lines.length, data.ranking.length);
+      let compared = 0;
+      for (const [i, { variant }] of data.ranking.entries()) {
+        const shown = await lines[i].locator("td.right").evaluateAll((found) => found.map((cell) => parseFloat(cell.querySelector("b")?.textContent ?? "")));
+        data.manifest.scenes.forEach(({ name }, scene) => {
+          const row = ratios.find((one) => one.scene === name && one.variant === variant && one.policy === (policy(variant) ?? one.policy));
+          if (!row) return;
+          assert.ok(Math.abs(shown[scene + 1] / row.ratio - 1) < 0.006, `${variant} on ${name}: ${shown[scene + 1]}, not ${row.ratio}`);
+          compared += 1;
+        });
+      }
+      assert.ok(compared > 5, `${compared} ratios`);
+      assert.match((await tab.textContent("#ranking .about")) ?? "", /query time in program/);
+      // Charts begin with what the run has, in that workload.
+      const pressed = (label) => tab.locator(`#speed [aria-label="${label}"] button[aria-pressed="true"]`).allTextContents();
+      assert.deepEqual(await pressed("Workload"), ["program", "program"]);
+      for (const button of await tab.locator('#charts-ratios [aria-label="Measure"] button').all()) {
+        await button.click();
+        assert.ok((await tab.locator("#charts-ratios svg.drawing").count()) > 0, `${await button.textContent()} shows nothing`);
+      }
+    },
+    {},
+    writtenAnew("no-programs", "program-time"),
   ));
 
 test("every joined curve goes from left to right", () =>
@@ -251,6 +292,8 @@ async function claims(tab) {
 async function filters(tab) {
   const chart = tab.locator("#charts-ratios .place");
   const drawn = () => chart.innerHTML();
+  await tab.click('#charts-ratios button[data-value="program-time-cold"]');
+  assert.ok((await chart.locator("svg").count()) > 0, "cold programs show nothing");
   const panels = () => chart.locator("figure").count();
   await tab.click("#filters summary");
   await tab.click('#charts-ratios button[data-value="time"]');

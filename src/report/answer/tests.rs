@@ -153,6 +153,20 @@ fn each_scene_is_ranked_by_its_own_workload() {
     );
 }
 
+/// Query times of fewer than four clusters of poses decide nothing, however clear their ratio looks.
+#[test]
+fn too_few_poses_leave_the_fastest_undecided() {
+    let (_folder, mut contents) = contents();
+    let [a, b] = SCENES;
+    contents.ratios.retain(|row| row.scene != b || row.metric != PROGRAM_TIME);
+    let undecided = "undecided (too few poses)";
+    for (clusters, expected) in [(1, undecided), (3, undecided), (4, "the area-weighted OBB")] {
+        contents.ratios.iter_mut().filter(|row| row.metric == "time").for_each(|row| row.clusters = clusters);
+        let text = &answer(&contents)[2].answer;
+        assert_eq!(*text, format!("The area-weighted OBB on {a}; {expected} on {b}, by query time in `program`."));
+    }
+}
+
 /// The workload that the claim names decides on the proposal, whatever the scenes are ranked by.
 #[test]
 fn a_claim_names_the_workload_of_the_answer() {

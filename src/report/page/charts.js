@@ -51,18 +51,25 @@ function workloadsOf(all) {
   return [...new Set(all.map((row) => String(row.cells.workload)))].filter((workload) => workload !== "control").sort();
 }
 
+/** The workload that is shown first: one by which a scene is ranked. @param {string[]} workloads */
+function firstOf(workloads) {
+  return Object.values(data.ranked_by).find((workload) => workloads.includes(workload)) ?? workloads[0];
+}
+
 /** Ratios to a baseline. */
 function drawRatios() {
   const all = rows("ratios.csv");
+  const metrics = METRICS.filter(([metric]) => all.some(({ cells }) => cells.metric === metric && cells.variant !== data.words.null));
+  if (metrics.length === 0) return;
   const workloads = workloadsOf(all.filter((row) => row.cells.metric === "time"));
-  const chart = { metric: METRICS[0][0], baseline: data.baselines[0], workload: workloads[0] };
+  const chart = { metric: metrics[0][0], baseline: data.baselines[0], workload: firstOf(workloads) };
   const labels = data.baselines.map((id) => /** @type {[string, string]} */ ([id, variantOf.get(id)?.label ?? id]));
   const place = card(
     "charts-ratios",
     "Compared with a baseline",
     "Paired ratios with their 95 % intervals; left of the line a variant needs less than the baseline. Hollow marks are unsafe variants: they may miss contacts.",
     [
-      choice("Measure", METRICS, chart.metric, (metric) => {
+      choice("Measure", metrics, chart.metric, (metric) => {
         chart.metric = metric;
         update();
       }),
@@ -78,7 +85,7 @@ function drawRatios() {
   );
   function update() {
     const [, words] = METRICS.find(([metric]) => metric === chart.metric) ?? METRICS[0];
-    const whole = chart.metric === "program-time" ? "program-time" : chart.metric === "build" ? "-" : undefined;
+    const whole = chart.metric.startsWith("program-time") ? chart.metric : chart.metric === "build" ? "-" : undefined;
     const stratum = whole === undefined ? chosen.stratum : whole === "-" ? "-" : data.words.all;
     const found = all.filter(
       (row) =>
@@ -93,7 +100,8 @@ function drawRatios() {
       found,
       (row) => row.cells.ratio,
       (row) => {
-        const { ratio, low, high, clusters, scene, variant } = row.cells;
+        const { ratio, clusters, scene, variant } = row.cells;
+        const [low, high] = endsOf(row);
         const said = interval(ratio, low, high);
         return {
           name: caseName(row),
@@ -126,7 +134,7 @@ function drawRatios() {
 function drawQueries() {
   const all = rows("summary.csv").filter((row) => row.cells.variant !== data.words.null);
   const workloads = workloadsOf(all);
-  const chart = { measure: MEASURES[0], workload: workloads[0] };
+  const chart = { measure: MEASURES[0], workload: firstOf(workloads) };
   const place = card(
     "charts-queries",
     "A query",
@@ -159,13 +167,14 @@ function drawQueries() {
       (row) => row.cells[column],
       (row) => {
         const { cells } = row;
-        const [low, high] = column === "mean_ns" ? [cells.mean_low_ns, cells.mean_high_ns] : [undefined, undefined];
+        const ends = endsOf(row);
+        const [low, high] = column === "mean_ns" ? ends : [undefined, undefined];
         const said = isTime ? time(cells[column]) : number(cells[column]);
         /** @type {[string, string][]} */
         const facts = [
           ["poses", `${cells.stratum}, ${number(cells.poses)}`],
           ["mean", time(cells.mean_ns)],
-          ["interval", `${time(cells.mean_low_ns)} to ${time(cells.mean_high_ns)}`],
+          ["interval", ends.map(time).join(" to ") || "–"],
           ["median", time(cells.query_p50_ns)],
           ["99 %", time(cells.query_p99_ns)],
           ["volume tests", number(cells.volume_tests)],

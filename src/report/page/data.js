@@ -22,6 +22,8 @@
  * @property {Record<string, Look>} looks
  * @property {Reading[]} readings
  * @property {Ranked[]} ranking
+ * @property {Record<string, string>} ranked_by the workload by which each scene is ranked
+ * @property {string} quantity what the ranking compares, in words
  * @property {string[]} noise
  * @property {string | null} noise_in_short
  * @property {number[]} standing lines of `claims.csv` that stand for a claim as a whole
@@ -58,6 +60,12 @@ const variants = data.manifest.variants.filter((/** @type {Variant} */ v) => v.i
 /** @type {string[]} */
 const scenes = data.manifest.scenes.map((/** @type {any} */ scene) => scene.name);
 const variantOf = new Map(variants.map((variant) => [variant.id, variant]));
+
+/** The ends of a row's interval; none without one, and of a single cluster, whose spread is unknown. @param {Row} row @returns {number[]} */
+function endsOf({ cells }) {
+  const { clusters, low = cells.mean_low_ns, high = cells.mean_high_ns } = cells;
+  return clusters !== 1 && typeof low === "number" && typeof high === "number" ? [low, high] : [];
+}
 
 /** The policy of a row, which has it in one cell or in three. @param {Row} row @returns {string} */
 function policyOf(row) {

@@ -1,9 +1,10 @@
 //! The data of the page's scripts, as JSON.
 
 use crate::analysis::claims::CaseRef;
-use crate::analysis::{ALL, Ranked};
+use crate::analysis::{ALL, Ranked, ranked_by};
 use crate::plot::data::entries;
 use crate::record::file::table_bytes;
+use crate::record::manifest::SceneEntry;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
@@ -11,7 +12,7 @@ use crate::record::{
 };
 use crate::report::programs::{self, ProgramTotals};
 use crate::report::sentences::{Group, blocks, sentences, words};
-use crate::report::{Contents, ReportError, Statement, answer};
+use crate::report::{Contents, ReportError, Statement, answer, quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -38,6 +39,10 @@ pub(super) struct PageData<'a> {
     blocks: Vec<(Vec<&'a str>, Vec<&'a str>)>,
     looks: BTreeMap<String, LookEntry>,
     ranking: &'a [Ranked],
+    /// The workload by which each scene is ranked.
+    ranked_by: BTreeMap<&'a str, &'a str>,
+    /// The quantity of the ranking, in words.
+    quantity: String,
     noise: &'a [String],
     /// The notes in a sentence or two.
     noise_in_short: Option<String>,
@@ -121,6 +126,10 @@ impl<'a> PageData<'a> {
             let readings = readings.into_iter().map(|reading| reading.id.get_ref().as_str()).collect();
             (readings, of.into_iter().map(|sentence| sentence.claim.id()).collect())
         };
+        let workload = |scene: &'a SceneEntry| {
+            let name = scene.name.as_str();
+            Some((name, ranked_by(&contents.ratios, name)?))
+        };
         let figure = |figure: &'a crate::plot::Figure| FigureEntry {
             title: &figure.title,
             svg: figure.svg.display().to_string().replace('\\', "/"),
@@ -142,6 +151,8 @@ impl<'a> PageData<'a> {
             looks: looks.collect(),
             readings: contents.claims.readings.iter().map(reading).collect(),
             ranking: &contents.ranking,
+            ranked_by: contents.manifest.scenes.iter().filter_map(workload).collect(),
+            quantity: quantity(contents, "program time"),
             noise: &contents.noise,
             noise_in_short: crate::report::noise_in_short(contents),
             standing,

@@ -102,12 +102,14 @@ function drawPrograms() {
 /** The row of `ratios.csv` that a place in the ranking has in a scene. @param {string} id @param {string} scene */
 function placeIn(id, scene) {
   const { all } = data.words;
-  const metric = rows("ratios.csv").some(({ cells }) => cells.metric === "program-time") ? "program-time" : "time";
+  const workload = data.ranked_by[scene];
+  const metric = workload === "program-time" ? workload : "time";
   return rows("ratios.csv").find(
     ({ cells }) =>
       cells.scene === scene &&
       cells.stratum === all &&
       cells.metric === metric &&
+      cells.workload === workload &&
       cells.variant === id &&
       cells.baseline === data.baselines[0] &&
       isDefault(id, cells.policy) &&
@@ -128,8 +130,9 @@ function drawRanking() {
     const cells = scenes.map((scene) => {
       const row = placeIn(entry.variant, scene);
       if (!row) return el("td", { class: "right" }, entry.variant === data.baselines[0] ? "1" : "–");
-      const { ratio, low, high } = row.cells;
-      const ends = typeof low === "number" ? ` [${number(low)}, ${number(high)}]` : "";
+      const { ratio } = row.cells;
+      const [low, high] = endsOf(row);
+      const ends = low === undefined ? "" : ` [${number(low)}, ${number(high)}]`;
       const cell = el("td", { class: "right" }, el("b", {}, number(ratio)), el("small", {}, ends));
       const facts = /** @type {[string, string][]} */ ([["time ratio", interval(ratio, low, high)], ["effect", row.cells.effect]]);
       return tells(cell, `${entry.label}, ${scene}`, facts, [row]);
@@ -159,7 +162,7 @@ function drawRanking() {
     el("tbody", {}, ...lines),
   );
   head.append(
-    el("p", { class: "about" }, `Time relative to ${base}, with 95 % intervals; by the geometric mean over the scenes. Below the rule: no volumes on the common tree.`),
+    el("p", { class: "about" }, ...prose(`By ${data.quantity} relative to ${base}, with 95 % intervals; ordered by geometric mean. Below the rule: no volumes on the common tree.`)),
     oneStop(el("div", { class: "scroll" }, table)),
   );
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::analysis::analyze;
 use crate::analysis::claims::ClaimSet;
 use crate::record::synthetic::{PLANTED, Plan, Run, SCENES};
-use crate::record::{TimingRow, read_rows};
+use crate::record::{PROGRAM_TIME, RatioRow, TimingRow, read_rows, write_rows};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -83,6 +83,19 @@ fn every_row_names_the_line_it_stands_on() {
     }
     assert_eq!(data["manifest"]["variants"].as_array().unwrap().len(), PLANTED.len());
     assert_eq!(data["words"]["bands"].as_array().unwrap().len(), 6);
+}
+
+/// The page shows the ratios by which a scene is ranked, also of one without programs beside one with them.
+#[test]
+fn each_scene_has_the_workload_of_its_ranking() {
+    let [a, b] = SCENES;
+    let (folder, _) = page_of(&Run::generate(&Plan::default()), &[]);
+    let mut ratios: Vec<RatioRow> = read_rows(folder.path()).unwrap();
+    ratios.retain(|row| row.scene != b || !row.workload.starts_with(PROGRAM_TIME));
+    write_rows(folder.path(), &ratios).unwrap();
+    let data = data_of(&std::fs::read_to_string(write_page(folder.path(), &[]).unwrap()).unwrap());
+    assert_eq!(data["ranked_by"], serde_json::json!({ a: PROGRAM_TIME, b: "program" }));
+    assert_eq!(data["quantity"], format!("program time on {a} and query time in `program` on {b}").as_str());
 }
 
 #[test]

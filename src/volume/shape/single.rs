@@ -94,6 +94,10 @@ impl<S: Storable> Solid for Single<S> {
     fn outline(&self) -> Vec<Segment> {
         self.load().outline()
     }
+
+    fn axes(&self) -> Matrix3<f64> {
+        self.load().axes()
+    }
 }
 
 /// The nearest number in single precision that is not below `x`.
