@@ -477,11 +477,18 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"
         ))
     };
+    let parted = outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| {
+        let name = &scene.parts[remaining.part].name;
+        format!(
+            "not examined: where the pieces go into which the program parts `{name}`; all are taken to stay where they are cut"
+        )
+    });
     let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
     let tools = tools
         .chain(outcome.uncut.iter().map(uncut))
         .chain(whole)
         .chain(outcome.remaining.iter().filter_map(given_up))
+        .chain(parted)
         .chain(outcome.open_cutters.iter().map(cutter))
         .chain(outcome.as_drawn.iter().map(as_drawn))
         .chain(outcome.unsure.iter().map(unsure))
@@ -631,6 +638,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "parts_unsure": outcome.unsure.iter().map(|&part| name(part)).collect::<Vec<_>>(), "cutters_taken_as_driven": outcome.driven.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "parted_workpieces": outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| name(remaining.part)).collect::<Vec<_>>(),
         "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();

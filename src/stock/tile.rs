@@ -612,7 +612,7 @@ impl Tile {
             }
             first => first,
         };
-        for index in 0..8 {
+        for index in 0..cube.fan() {
             let at = (first + index) as usize;
             self.cells[at] = self.visit_cell(self.cells[at], &cube.child(index), uncut, divides, visit);
         }
