@@ -358,6 +358,10 @@ fn whatever_fails_a_check_is_in_every_report() {
         ([""; 2], cut, &["--target", "box.stl", "--stock-resolution", "1"][..], "target-gouge", 1, "the wanted part"),
         // Under the cut, and 10 mm beyond the block at two sides.
         ([""; 2], cut, &["--target", "wide.stl", "--stock-resolution", "1"], "target-gouge", 1, "the wanted part"),
+        // 1.1 mm under the cut: perhaps deeper than the resolution.
+        ([""; 2], cut, &["--target", "inner.stl", "--stock-resolution", "1"], "target-gouge", 1, "the wanted part"),
+        // A thin wall across the cut.
+        ([""; 2], cut, &["--target", "wall.stl", "--stock-resolution", "1"], "target-gouge", 1, "the wanted part"),
         // A retreat out of the whole workpiece is not proved.
         (
             [""; 2],
@@ -391,6 +395,8 @@ fn whatever_fails_a_check_is_in_every_report() {
         for (name, low, high) in [
             ("box.stl", [-50.0, -50.0, -10.0], [50.0, 50.0, 10.0]),
             ("wide.stl", [-60.0, -50.0, -10.0], [60.0, 50.0, 6.0]),
+            ("inner.stl", [-40.0, -40.0, -9.0], [40.0, 40.0, 8.1]),
+            ("wall.stl", [-40.0, -0.5, -9.0], [40.0, 0.5, 9.9]),
         ] {
             fs::write(folder.path().join(name), box_stl(low, high)).unwrap();
         }

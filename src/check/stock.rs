@@ -67,6 +67,8 @@ pub struct Remaining {
     pub stock: Stock,
     /// Line from which on nothing was cut or examined any more, the budget being spent.
     pub given_up: Option<u32>,
+    /// Whether it is in pieces, and something on another link may carry one: all are taken to stay where the workpiece is.
+    pub is_parted: bool,
 }
 
 /// A workpiece and everything that may come into it.
@@ -238,8 +240,14 @@ impl<'a> Workpiece<'a> {
     }
 
     /// What is left.
-    pub fn remaining(self) -> Remaining {
-        Remaining { part: self.part, stock: self.stock, given_up: self.given_up }
+    pub fn remaining(mut self) -> Remaining {
+        let link = self.scene.parts[self.part].link;
+        let may_carry = |part: &Part| {
+            let holds = part.role == Role::Fixture || part.turns == Some(Turns::Spindle) && part.role == Role::Machine;
+            holds && part.link != link
+        };
+        let is_parted = self.scene.parts.iter().any(may_carry) && self.stock.pieces() > 1;
+        Remaining { part: self.part, stock: self.stock, given_up: self.given_up, is_parted }
     }
 }
 

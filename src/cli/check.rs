@@ -33,7 +33,7 @@ use stock::Left;
 
 #[derive(Args)]
 #[command(
-    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved), gouges the target or lacks stock for it, an axis leaves its limits, a tool in use has no part, or with --certify a block is not proved, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
+    after_help = format!("Examples:\n  bvbench check lathe-toolpost                     a shipped scene with its own program\n  bvbench check path/to/machine part.ngc           your machine, your program\n  bvbench check path/to/machine part.ngc --first   stop at the first collision\n  bvbench check path/to/machine part.ngc --clearance 5 --clearance holder:fixture=10 --json\n  bvbench check lathe-tailstock --method ID --csv > events.csv\n  bvbench check path/to/machine part.ngc --sarif part.sarif --junit part.xml\n  bvbench check path/to/machine part.ngc --stock-resolution 0.05 --stock-out left.stl\n  bvbench check path/to/machine part.ngc --target finished.stl   gouges and rests against the wanted part\n  bvbench check path/to/machine part.ngc --certify part.cert\n\nA cutter that feeds into the workpiece takes material away. A cutter at rapid rate or with a standing spindle, a shank, a holder and all else collide with what is left; whatever else touches collides. With --certify a block is clear only if it is proved free; a rapid of the cutter over the workpiece, if it is free of what is left of it.\nExit codes: 0 clear, 1 something collides, may collide (unresolved), gouges the target or lacks stock for it, or may, an axis leaves its limits, a tool in use has no part, or with --certify a block is not proved, 2 bad usage or input.\n\n{SET_UP_EXAMPLES}")
 )]
 pub struct Options {
     #[command(flatten)]
@@ -473,11 +473,18 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"
         ))
     };
+    let parted = outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| {
+        let name = &scene.parts[remaining.part].name;
+        format!(
+            "not examined: where the pieces go into which the program parts `{name}`; all are taken to stay where they are cut"
+        )
+    });
     let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
     let tools = tools
         .chain(outcome.uncut.iter().map(uncut))
         .chain(whole)
         .chain(outcome.remaining.iter().filter_map(given_up))
+        .chain(parted)
         .chain(outcome.open_cutters.iter().map(cutter))
         .chain(outcome.as_drawn.iter().map(as_drawn))
         .chain(outcome.unsure.iter().map(unsure))
@@ -627,6 +634,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "parts_unsure": outcome.unsure.iter().map(|&part| name(part)).collect::<Vec<_>>(), "cutters_taken_as_driven": outcome.driven.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "parted_workpieces": outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| name(remaining.part)).collect::<Vec<_>>(),
         "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();

@@ -11,6 +11,11 @@ const MOST_CUBES: f64 = (1_u32 << 27) as f64;
 /// Most triangles of the mesh, but for cubes as large as tiles: 100 MB as STL.
 const MOST_TRIANGLES: usize = 2_000_000;
 
+/// Most cubes of the grid in which pieces are counted.
+const MOST_CUBES_OF_PIECES: f64 = (1_u32 << 23) as f64;
+/// Least part of all that may be left that is a piece: less is a crumb.
+const LEAST_PIECE: f64 = 1e-3;
+
 /// Half the side of cells that are divided to measure volumes, mm.
 const VOLUME_MM: f64 = 0.2;
 
@@ -50,12 +55,7 @@ impl Stock {
 
     /// A watertight mesh around all that may be left, of the smallest cubes that make no more than two million triangles.
     pub fn hull(&mut self) -> Hull {
-        let (low, high) = self.bounds();
-        let size = high - low;
-        let mut cube_mm = self.cell_mm();
-        while (size / cube_mm).iter().map(|n| n.ceil() + 2.0).product::<f64>() > MOST_CUBES {
-            cube_mm *= 2.0;
-        }
+        let mut cube_mm = self.cube_mm(MOST_CUBES);
         loop {
             let grid = self.grid(cube_mm);
             if grid.quads() * 2 <= MOST_TRIANGLES || cube_mm >= self.tile_mm() {
@@ -63,6 +63,23 @@ impl Stock {
             }
             cube_mm *= 2.0;
         }
+    }
+
+    /// How many pieces may be left that do not touch, found in cubes: a gap two or three of them wide may not show.
+    pub fn pieces(&mut self) -> usize {
+        let pieces = self.grid(self.cube_mm(MOST_CUBES_OF_PIECES)).pieces();
+        let least = LEAST_PIECE * pieces.iter().sum::<usize>() as f64;
+        pieces.iter().filter(|&&cubes| cubes as f64 >= least).count()
+    }
+
+    /// Side of the finest cubes of which a grid has at most so many, mm.
+    fn cube_mm(&self, most: f64) -> f64 {
+        let (low, high) = self.bounds();
+        let mut cube_mm = self.cell_mm();
+        while ((high - low) / cube_mm).iter().map(|n| n.ceil() + 2.0).product::<f64>() > most {
+            cube_mm *= 2.0;
+        }
+        cube_mm
     }
 
     fn grid(&mut self, cube_mm: f64) -> Grid {
@@ -148,6 +165,36 @@ impl Grid {
                 return;
             }
         }
+    }
+
+    /// Counts of full cubes that are joined by faces. Empties the grid.
+    fn pieces(mut self) -> Vec<usize> {
+        let [x, y, _] = self.counts;
+        let steps = [1, x, x * y];
+        let mut pieces = Vec::new();
+        for word in 0..self.bits.len() {
+            while self.bits[word] != 0 {
+                let first = 64 * word + self.bits[word].trailing_zeros() as usize;
+                self.take(first);
+                let (mut open, mut cubes) = (vec![first], 0);
+                while let Some(index) = open.pop() {
+                    cubes += 1;
+                    // Cubes on the border of the grid are empty: the neighbours of a full one are in the grid.
+                    let beside = steps.iter().flat_map(|step| [index - step, index + step]);
+                    open.extend(beside.filter(|&next| self.take(next)));
+                }
+                pieces.push(cubes);
+            }
+        }
+        pieces
+    }
+
+    /// Empties a cube; whether it was full.
+    fn take(&mut self, index: usize) -> bool {
+        let (word, bit) = (&mut self.bits[index / 64], 1_u64 << (index % 64));
+        let was_full = *word & bit != 0;
+        *word &= !bit;
+        was_full
     }
 
     /// Calls `quad` with each face of a full cube towards an empty one: the cube, the axis, and whether it is the far face.

@@ -211,6 +211,16 @@ impl Stock {
         joined
     }
 
+    /// Distance from a point to the nearest material that may be left, mm, or `most_mm` where that is less; where it is within `within_mm`, anything up to that.
+    fn nearest_left_mm(&mut self, point: &Point, within_mm: f64, most_mm: f64) -> f64 {
+        let mut tiles: Vec<(f64, &mut Tile)> =
+            self.tiles.iter_mut().map(|tile| (tile.gap_mm(point), tile)).filter(|(gap, _)| *gap < most_mm).collect();
+        tiles.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least = most_mm;
+        tiles.into_iter().for_each(|(_, tile)| tile.nearest_left(point, within_mm, &mut least, &self.uncut));
+        least
+    }
+
     /// What is known at a point.
     pub fn material_at(&mut self, point: &Point) -> Material {
         let (uncut, point) = (&self.uncut, &self.uncut.place(point));

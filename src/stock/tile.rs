@@ -137,6 +137,11 @@ impl Cube {
         self.half * 3f64.sqrt()
     }
 
+    /// Distance from a point, mm; 0 inside.
+    fn gap_mm(&self, point: &Point) -> f64 {
+        (point - self.centre).map(|along| (along.abs() - self.half).max(0.0)).norm()
+    }
+
     /// How many parts it is divided into.
     const fn fan(&self) -> u32 {
         if self.is_flat { 4 } else { 8 }
@@ -194,6 +199,11 @@ impl Tile {
     /// Corners of the cube, mm.
     pub fn bounds(&self) -> (Point, Point) {
         (self.low, self.low + Vector::repeat(self.size))
+    }
+
+    /// Distance of a point from the cube, mm; 0 inside.
+    pub fn gap_mm(&self, point: &Point) -> f64 {
+        self.cube().gap_mm(point)
     }
 
     pub const fn size_mm(&self) -> f64 {
@@ -530,6 +540,40 @@ impl Tile {
         }
     }
 
+    /// Lowers `least` to the distance from a point to the nearest material that may be left, mm. The search ends where `least` is `within_mm` or less.
+    pub fn nearest_left(&mut self, point: &Point, within_mm: f64, least: &mut f64, uncut: &Blank) {
+        self.root = self.nearest_cell(self.root, &self.cube(), (point, within_mm), least, uncut);
+    }
+
+    fn nearest_cell(
+        &mut self,
+        cell: Cell,
+        cube: &Cube,
+        (point, within_mm): (&Point, f64),
+        least: &mut f64,
+        uncut: &Blank,
+    ) -> Cell {
+        let gap = cube.gap_mm(point);
+        if matches!(cell, OUTSIDE | CUT) || gap >= *least || *least <= within_mm {
+            return cell;
+        }
+        let first = match cell {
+            SOLID | MIXED => {
+                *least = gap;
+                return cell;
+            }
+            cell if cell & UNDIVIDED != 0 => self.divide(cell, cube, uncut),
+            first => first,
+        };
+        // The nearest part first.
+        let nearest = cube.part_of(point);
+        for index in (0..cube.fan()).map(|index| index ^ nearest) {
+            let at = (first + index) as usize;
+            self.cells[at] = self.nearest_cell(self.cells[at], &cube.child(index), (point, within_mm), least, uncut);
+        }
+        first
+    }
+
     /// Calls `visit` with every undivided cell: its centre, half its side, and what is known of it. Cells through which borders run are
     /// divided first where `divides` says so.
     pub fn visit(
@@ -568,7 +612,7 @@ impl Tile {
             }
             first => first,
         };
-        for index in 0..8 {
+        for index in 0..cube.fan() {
             let at = (first + index) as usize;
             self.cells[at] = self.visit_cell(self.cells[at], &cube.child(index), uncut, divides, visit);
         }

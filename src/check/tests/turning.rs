@@ -257,6 +257,29 @@ fn corners_of_a_turning_bar_meet_what_stands_over_its_flats() {
 }
 
 #[test]
+fn a_bar_in_two_pieces_is_named_where_something_else_may_carry_one() {
+    for (is_solid, link, x, is_parted) in [
+        (false, "", -41, true),
+        (true, "", -41, true),
+        // A neck of 1 mm is left.
+        (false, "", -39, false),
+        (true, "", -39, false),
+        (false, "spindle", -41, false),
+    ] {
+        let text = [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(10.0, 40.0)),
+            &part("insert", "slide", "cutter", [30.0, 0.0, 60.0], &cuboid([20.0, 2.0, 3.0])),
+            &part("chuck", link, "fixture", [0.0, 0.0, 200.0], &cylinder(10.0, 20.0)),
+        ]
+        .concat();
+        let settings = Settings { cutting: Cutting::At(0.5), is_solid, ..with_zones(&[]) };
+        let told = checked(&scene(&text, &format!("M3 S500\nG0 Z-40\nG1 X{x} F50\nG0 X0\nM2")), &settings);
+        assert_eq!(told.remaining[0].is_parted, is_parted, "{is_solid} {link} {x}");
+    }
+}
+
+#[test]
 fn a_driven_drill_cuts_holes_and_no_ring() {
     let text = [
         LATHE,

@@ -1,10 +1,9 @@
 //! What `check` found, as a list that reports for other programs are made of: each finding with its rule and its line.
 
-use super::stock::Left;
+use super::stock::{Left, lacks};
 use super::{Checked, axes, clock, near_pairs, tool_without_part};
 use crate::check::{Event, Extent, Kind, OverTravel};
 use crate::scene::{Pair, ProgramRun, Scene};
-use crate::stock::target::Comparison;
 use rs274::Move;
 
 /// A kind of finding.
@@ -85,8 +84,9 @@ pub const RULES: [Rule; 11] = [
     Rule {
         id: "target-gouge",
         name: "TargetGouge",
-        what: "What is left of the workpiece lacks some of the wanted part of `--target`.",
-        help: "The message says how deep and how much, and whether it is cut away or was never in the workpiece. Which line cuts it is not known, so it is shown at line 1.",
+        what: "What is left of the workpiece lacks, or may lack, some of the wanted part of `--target`.",
+        help: "The message says how deep and how much, and whether it is cut away or was never in the workpiece. What is not decided, another `--stock-resolution` may decide. Which \
+            line cuts it is not known, so it is shown at line 1.",
         is_note: false,
     },
     Rule {
@@ -130,7 +130,7 @@ pub struct Finding<'a> {
     pub at: Option<(f64, &'a Extent)>,
 }
 
-/// Whatever makes a check fail: collisions and over-travel by time, tools without parts, what is lacking of the wanted part, blocks without a proof. Then a near miss for each
+/// Whatever makes a check fail: collisions and over-travel by time, tools without parts, what the wanted part lacks or may lack, blocks without a proof. Then a near miss for each
 /// pair.
 pub fn findings<'a>(checked: &'a Checked<'_>) -> Vec<Finding<'a>> {
     let Checked { scene, run, outcome, left, certificate, .. } = checked;
@@ -202,17 +202,10 @@ fn of_tool(run: &ProgramRun, tool: u32) -> Finding<'_> {
 }
 
 fn of_target(scene: &Scene, left: &Left) -> Option<Finding<'static>> {
-    let Comparison { gouge, missing, .. } = left.comparison?;
     let subject = scene.parts[left.part].name.clone();
-    let lacks = [("is cut", gouge), ("is larger than the uncut workpiece,", missing)];
-    let told = lacks.iter().filter(|(_, lack)| lack.volume_mm3 > 0.0).map(|(what, lack)| {
-        format!("the wanted part {what} {:.3} mm deep, at least {:.1} mm³", lack.greatest_mm, lack.volume_mm3)
-    });
-    let told: Vec<String> = told.collect();
-    let message = format!("{subject}: {}", told.join("; "));
+    let message = format!("{subject}: {}", lacks(left.comparison.as_ref()?)?);
     let rule = rule("target-gouge");
-    let finding = Finding { rule, line: 1, block: "", message, pair: None, subject, time_s: None, at: None };
-    (!told.is_empty()).then_some(finding)
+    Some(Finding { rule, line: 1, block: "", message, pair: None, subject, time_s: None, at: None })
 }
 
 fn of_near_miss<'a>(scene: &Scene, events: &[&'a Event]) -> Option<Finding<'a>> {

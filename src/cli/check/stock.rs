@@ -107,26 +107,59 @@ impl Left {
         let name = &scene.parts[self.part].name;
         let mut lines = vec![format!("`{name}` is cut: contact is told from a depth of {} mm on", self.resolution_mm)];
         lines.extend(self.volume.map(|Volume { low, high }| format!("left of `{name}`: {low:.0} to {high:.0} mm³")));
-        if let Some(Comparison { gouge, rest, missing }) = &self.comparison {
-            let told = |what: &str, Deviation { greatest_mm, volume_mm3 }: &Deviation| {
-                format!("{what}: {greatest_mm:.3} mm deep, at least {volume_mm3:.1} mm³")
-            };
-            let none = |what: &str| format!("{what}: none deeper than {} mm", self.resolution_mm);
-            let of = |what: &str, name: &str, found: &Deviation| match found.volume_mm3 > 0.0 || found.greatest_mm > 0.0
-            {
-                true => told(what, found),
-                false => none(name),
-            };
-            lines.push(of("GOUGE, the wanted part is cut", "gouge", gouge));
-            lines.push(of("rest, stock beyond the wanted part", "rest", rest));
-            if missing.volume_mm3 > 0.0 {
-                lines.push(told("MISSING, the wanted part is larger than the uncut workpiece", missing));
-            }
-        }
+        lines.extend(self.comparison.iter().flat_map(|comparison| self.compared(comparison)));
         if let Some((file, cube_mm)) = &self.written {
             lines.push(format!("{file}: all that may be left of `{name}`, in cubes of {cube_mm:.3} mm"));
         }
         lines
+    }
+
+    /// Gouges, rests and what is missing, a line each.
+    fn compared(&self, comparison: &Comparison) -> Vec<String> {
+        let Comparison { gouge, rest, missing, surface } = comparison;
+        let of = |what: &str, name: &str, Deviation { greatest_mm, at_most_mm, volume_mm3 }: &Deviation| {
+            if *greatest_mm > 0.0 {
+                format!("{what}: {greatest_mm:.3} mm deep, at least {volume_mm3:.1} mm³")
+            } else if *at_most_mm > 0.0 {
+                format!("{name}: not decided: up to {at_most_mm:.3} mm; another `--stock-resolution` may decide it")
+            } else {
+                format!("{name}: none deeper than {} mm", self.resolution_mm)
+            }
+        };
+        let lost = is_lost(comparison).then(|| format!("GOUGE, {}", lost(surface)));
+        // A surface that lacks its material for sure is told by that.
+        let of_surface_mm = if surface.greatest_mm > 0.0 { 0.0 } else { surface.at_most_mm };
+        let may = Deviation { at_most_mm: gouge.at_most_mm.max(of_surface_mm), ..*gouge };
+        let cut = (lost.is_none() || may.at_most_mm > 0.0).then(|| of("GOUGE, the wanted part is cut", "gouge", &may));
+        let rest = of("rest, stock beyond the wanted part", "rest", rest);
+        let what = "MISSING, the wanted part is larger than the uncut workpiece";
+        let missing = (missing.at_most_mm > 0.0).then(|| of(what, "missing", missing));
+        cut.into_iter().chain(lost).chain([rest]).chain(missing).collect()
+    }
+}
+
+/// Whether the part's surface is farther from what is left than gouges and missing material are deep: a thin wall is gone.
+fn is_lost(Comparison { gouge, missing, surface, .. }: &Comparison) -> bool {
+    surface.greatest_mm > gouge.greatest_mm.max(missing.greatest_mm)
+}
+
+fn lost(surface: &Deviation) -> String {
+    format!("the wanted part's surface is {:.3} mm from all that may be left", surface.greatest_mm)
+}
+
+/// What the wanted part lacks or, where nothing is certain, may lack; `None` where it lacks nothing.
+pub fn lacks(comparison: &Comparison) -> Option<String> {
+    let Comparison { gouge, missing, surface, .. } = comparison;
+    let certain = [("is cut", gouge), ("is larger than the uncut workpiece,", missing)];
+    let certain = certain.iter().filter(|(_, lack)| lack.greatest_mm > 0.0).map(|(what, lack)| {
+        format!("the wanted part {what} {:.3} mm deep, at least {:.1} mm³", lack.greatest_mm, lack.volume_mm3)
+    });
+    let told: Vec<String> = certain.chain(is_lost(comparison).then(|| lost(surface))).collect();
+    let at_most_mm = gouge.at_most_mm.max(missing.at_most_mm).max(surface.at_most_mm);
+    let may = || format!("not decided: whether the wanted part is cut or lacks stock, up to {at_most_mm:.3} mm deep");
+    match told.is_empty() {
+        true => (at_most_mm > 0.0).then(may),
+        false => Some(told.join("; ")),
     }
 }
 
@@ -147,11 +180,11 @@ pub fn as_json(scene: &Scene, outcome: &Outcome, left: &[Left]) -> Value {
             "pair": [name(touch.pair.a), name(touch.pair.b)], "moves": touch.moves, "line": touch.line, "at_most_mm": touch.at_most_mm,
         })
     });
-    let deviation = |of: &Deviation| json!({ "greatest_mm": of.greatest_mm, "volume_mm3": of.volume_mm3 });
+    let deviation = |of: &Deviation| json!({ "greatest_mm": of.greatest_mm, "at_most_mm": of.at_most_mm, "volume_mm3": of.volume_mm3 });
     let workpieces = left.iter().map(|left| {
         let comparison = left.comparison.as_ref().map(|comparison| {
             json!({
-                "gouge": deviation(&comparison.gouge), "rest": deviation(&comparison.rest), "missing": deviation(&comparison.missing),
+                "gouge": deviation(&comparison.gouge), "rest": deviation(&comparison.rest), "missing": deviation(&comparison.missing), "surface": deviation(&comparison.surface),
             })
         });
         json!({
