@@ -482,6 +482,11 @@ fn near_misses_are_one_line_for_each_pair() {
     let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
     assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");
     assert!(lines[1].contains("1.000") && lines[1].split_whitespace().nth(1) == Some("2"), "{shown}");
+    // No table without a row: what is near here leads to the collision.
+    let (folder, _) = mill("G0 X140\nG0 Z15\nG0 X70\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(shown.contains("COLLISION") && !shown.contains("NEAR MISSES"), "{shown}");
 }
 
 #[test]
