@@ -464,6 +464,14 @@ fn what_has_been_cut_may_be_entered_at_rapid_rate() {
 }
 
 #[test]
+fn a_certain_contact_is_told_on_its_line_though_an_uncertain_one_goes_on_into_it() {
+    // A slot down to Z-10, and all below Z-10 cut from the side: up through the film between the two on line 8, 1 mm into the wall on line 9.
+    let program = "M3 S1000 G0 X-60\nG0 Z-10\nG1 X40 F1000\nG0 Z50\nG0 X-60\nG0 Z-40\nG1 X40\nG0 Z-15\nG0 X41\nG0 X40\nG0 Z50\nM2";
+    let told: Vec<_> = outcome_of(MILL, program).events.iter().map(|e| (e.kind, e.first.line)).collect();
+    assert_eq!(told, [(Kind::Unresolved, 8), (Kind::RapidIntoWorkpiece, 9)]);
+}
+
+#[test]
 fn a_shank_is_held_against_what_is_left() {
     // A shank of 6 mm radius 10 mm above the tip of a cutter of 5 mm.
     let text = mill_with_tools();

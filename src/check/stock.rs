@@ -680,7 +680,9 @@ impl<'a> Ledger<'a> {
                 Kind::RapidIntoWorkpiece => true,
                 kind => before.kind == kind,
             };
-            if goes_on && same {
+            // What may be contact makes no certain contact of a later line begin on its own line.
+            let is_as_sure = before.depth.low > 0.0 || contact.depth.low <= 0.0 || before.kind == kind && same_line();
+            if goes_on && same && is_as_sure {
                 // Two bodies of one part may be in contact at once.
                 (before.from, before.to) = (before.from.min(from), before.to.max(to));
                 before.depth = before.depth.max(contact.depth);
