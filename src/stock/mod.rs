@@ -178,6 +178,15 @@ impl Stock {
         }
     }
 
+    /// Whether something that moves comes near what may be left.
+    pub fn is_near(&self, sweep: &Sweep) -> bool {
+        let meets = |tile: &Tile| {
+            let (low, high) = tile.bounds();
+            !tile.is_gone() && sweep.reaches(&low, &high)
+        };
+        self.tiles.iter().any(meets)
+    }
+
     /// Cells that were held against something that moves so far: what time is spent on, the same on every machine.
     pub fn questions(&self) -> u64 {
         self.tiles.iter().map(Tile::questions).sum()
