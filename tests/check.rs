@@ -463,6 +463,72 @@ fn what_has_been_cut_may_be_entered_at_rapid_rate() {
     }
 }
 
+/// A block on X, a cube of 10 mm on U, 200 mm beside it at first, and a cutter of 20 mm on Z.
+const TWO_WORKPIECES: &str = r#"
+title = "two workpieces"
+[[machine.links]]
+name = "table"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "head"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "second"
+joint = { axis = "U", direction = [1, 0, 0] }
+[[parts]]
+name = "block"
+link = "table"
+role = "workpiece"
+shape = { kind = "rounded-box", size_mm = [80, 80, 50] }
+[[parts]]
+name = "cube"
+link = "second"
+role = "workpiece"
+shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
+[[parts]]
+name = "cutter"
+link = "head"
+role = "cutter"
+shape = { kind = "cylinder", radius_mm = 10, height_mm = 60 }
+[program]
+file = "own.ngc"
+start = { z_mm = 100, u_mm = 200 }
+"#;
+
+#[test]
+fn of_two_workpieces_each_is_what_the_program_leaves_of_it() {
+    // A slot of 20 mm through the block, or down to the middle of the cube; a side of the cube away.
+    let slot = |z: i32| format!("G0 X-80\nG0 Z{z}\nG1 X80 F1000\nG0 Z100\nG0 X0\n");
+    let side = "G0 X-200\nG0 Z0\nG1 U14 F1000\nG0 U200\nG0 Z100\n";
+    for (what, cuts, wanted) in [
+        ("neither cut", "G0 X-80\nG0 Z-30\nG1 Z-31 F1000\nG0 Z100\nG0 X0\n".to_owned(), vec![(Kind::Collision, 8)]),
+        ("through a slot", slot(-30), vec![]),
+        ("into the floor of a slot", slot(0), vec![(Kind::Collision, 8)]),
+        ("both cut, through a slot", side.to_owned() + &slot(-30), vec![]),
+        ("both cut, into the floor of a slot", side.to_owned() + &slot(0), vec![(Kind::Unresolved, 13)]),
+    ] {
+        let (_folder, scene) = scene_of(TWO_WORKPIECES, &format!("G21 G90\nS3000 M3\n{cuts}G0 U42\nG0 U200\nM2"));
+        let settings = Settings {
+            clearances: Some(Clearances::everywhere(&[])),
+            cutting: Cutting::At(0.5),
+            ..Settings::standard()
+        };
+        let outcome = run_own(&scene, &settings);
+        let told: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
+        assert_eq!(told, wanted, "{what}: {:?}", outcome.events);
+        let touches = outcome.touches.iter().filter(|touch| sorted(touch.pair) == [0, 1]).count();
+        assert!(touches <= usize::from(!wanted.is_empty()), "{what}: {:?}", outcome.touches);
+    }
+}
+
+#[test]
+fn a_certain_contact_is_told_on_its_line_though_an_uncertain_one_goes_on_into_it() {
+    // A slot down to Z-10, and all below Z-10 cut from the side: up through the film between the two on line 8, 1 mm into the wall on line 9.
+    let program = "M3 S1000 G0 X-60\nG0 Z-10\nG1 X40 F1000\nG0 Z50\nG0 X-60\nG0 Z-40\nG1 X40\nG0 Z-15\nG0 X41\nG0 X40\nG0 Z50\nM2";
+    let told: Vec<_> = outcome_of(MILL, program).events.iter().map(|e| (e.kind, e.first.line)).collect();
+    assert_eq!(told, [(Kind::Unresolved, 8), (Kind::RapidIntoWorkpiece, 9)]);
+}
+
 #[test]
 fn a_shank_is_held_against_what_is_left() {
     // A shank of 6 mm radius 10 mm above the tip of a cutter of 5 mm.

@@ -490,6 +490,25 @@ fn near_misses_are_one_line_for_each_pair() {
     let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
     assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");
     assert!(lines[1].contains("1.000") && lines[1].split_whitespace().nth(1) == Some("2"), "{shown}");
+    // No table without a row: what is near here leads to the collision.
+    let (folder, _) = mill("G0 X140\nG0 Z15\nG0 X70\nM2");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(shown.contains("COLLISION") && !shown.contains("NEAR MISSES"), "{shown}");
+}
+
+#[test]
+fn a_certificate_tells_the_first_touch_of_a_line_once() {
+    // Pecks of one line into the clamp, up to Z20: the later ones begin in contact.
+    let (folder, _) = mill("G0 X70\nG98 G73 Z10 R25 Q4 F100\nM2");
+    let certificate = folder.path().join("a.cert");
+    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).arg("--certify").arg(certificate).output();
+    let shown = String::from_utf8(output.unwrap().stdout).unwrap();
+    let lines: Vec<&str> = shown.lines().filter(|line| line.starts_with("proved: line 2, move ")).collect();
+    let later = lines.iter().filter(|line| line.ends_with("in contact from the beginning of the move on")).count();
+    assert!(lines.len() > 2 && lines[0].contains("first touch") && later == lines.len() - 1, "{shown}");
+    let moves: std::collections::BTreeSet<&str> = lines.iter().filter_map(|line| line.split(':').nth(1)).collect();
+    assert_eq!(moves.len(), lines.len(), "{shown}");
 }
 
 #[test]

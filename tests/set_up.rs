@@ -140,6 +140,59 @@ fn origins_of_g54_1_and_g154_are_given_from_outside() {
     }
 }
 
+/// A tool on a quill (W) over a plate that B turns away.
+const QUILL: &str = r#"
+title = "a quill and a plate"
+[[machine.links]]
+name = "head"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "quill"
+parent = "head"
+joint = { axis = "W", direction = [0, 0, 1] }
+[[machine.links]]
+name = "table"
+joint = { axis = "B", direction = [0, 1, 0] }
+[[parts]]
+name = "tool"
+link = "quill"
+shape = { kind = "rounded-box", size_mm = [10, 10, 40] }
+at = { xyz_mm = [0, 0, 20] }
+[[parts]]
+name = "plate"
+link = "table"
+shape = { kind = "rounded-box", size_mm = [20, 20, 10] }
+at = { xyz_mm = [0, 0, -50] }
+[program]
+file = "own.ngc"
+start = { z_mm = 100 }
+"#;
+
+#[test]
+fn axes_that_an_offset_leaves_out_keep_the_origin_of_the_scene() {
+    let folder = Folder::with(&[]);
+    // The plate's top is at -45. At W-100 the tool comes through it, unless B turns the plate away.
+    for (origin, offset, program, code) in [
+        ("w_mm = -100", None, "G0 Z0 W0", 1),
+        ("w_mm = -100", Some("0,0,0"), "G0 Z0 W0", 1),
+        ("w_mm = -100", Some("0,0,0,0,0,0"), "G0 Z0 W0", 1),
+        ("w_mm = -100", Some("0,0,0,0,0,0,0,0,0"), "G0 Z0 W0", 0),
+        ("z_mm = 0", Some("0,0,0,0,0,0,0,0,-100"), "G0 Z0 W0", 1),
+        ("b_deg = 90", None, "G0 B0\nG0 Z-60", 0),
+        ("b_deg = 90", Some("0,0,0"), "G0 B0\nG0 Z-60", 0),
+        ("b_deg = 90", Some("0,0,0,0,0,0"), "G0 B0\nG0 Z-60", 1),
+        ("z_mm = 0", Some("0,0,0,0,90,0"), "G0 B0\nG0 Z-60", 0),
+    ] {
+        folder.write("quill/scene.toml", &format!("{QUILL}work_offsets = {{ G54 = {{ {origin} }} }}\n"));
+        folder.write("job.ngc", &format!("G21 G90 G54\n{program}\nM2\n"));
+        let offset: Vec<String> = offset.iter().map(|numbers| format!("--offset=G54={numbers}")).collect();
+        let offset: Vec<&str> = offset.iter().map(String::as_str).collect();
+        let check = ["check", "quill", "job.ngc", "--quiet", "--clearance", "0"];
+        let output = folder.run(&[&check[..], &offset[..]].concat());
+        assert_eq!(output.status.code(), Some(code), "{origin} {offset:?} {program}: {output:?}");
+    }
+}
+
 #[test]
 fn a_tool_that_is_not_there_is_named_with_what_to_do() {
     let folder = folder();

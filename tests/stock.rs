@@ -409,6 +409,35 @@ fn a_flat_face_that_slides_or_comes_down_is_found_in_the_stock_for_sure_and_soon
     }
 }
 
+/// A cutter that stays 3 mm or more above the top of a block that turns.
+#[test]
+fn what_stays_away_from_the_uncut_block_may_not_touch_it() {
+    let scene = "title = \"block\"\n[[machine.links]]\nname = \"gantry\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n\
+        [[machine.links]]\nname = \"head\"\nparent = \"gantry\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n\
+        [[machine.links]]\nname = \"table\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n\
+        [[parts]]\nname = \"cutter\"\nlink = \"head\"\nrole = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }\n\
+        [[parts]]\nname = \"block\"\nlink = \"table\"\nrole = \"workpiece\"\nat = { xyz_mm = [0, 0, -25] }\n\
+        shape = { kind = \"rounded-box\", size_mm = [120, 120, 50] }\n\
+        [program]\nfile = \"own.ngc\"\nstep_mm = 3\nstart = { z_mm = 50 }\n";
+    let mut random = Pcg64::seed_from_u64(1);
+    let mut rapids = String::new();
+    for _ in 0..8 {
+        let [x, z, c] = [(-90.0, 90.0), (3.0, 30.0), (-180.0, 180.0)].map(|(low, high)| random.random_range(low..high));
+        let _ = writeln!(rapids, "G0 X{x:.3} Z{z:.3} C{c:.2}");
+    }
+    let registry = Registry::standard();
+    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
+    for program in ["G0 X50 Z5\nG0 C-30\n", "G0 X75 Z15\nG0 C-360\n", rapids.as_str()] {
+        let program = format!("G21 G90\n{program}M2\n");
+        let files = [("scene.toml", scene), ("own.ngc", program.as_str())];
+        let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
+        let scene = Scene::from_memory("block", BTreeMap::from(files), &Overrides::default()).unwrap();
+        let run = scene.program.as_ref().unwrap();
+        let outcome = check(&scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();
+        assert!(outcome.is_clear() && outcome.touches.is_empty(), "{program}: {:?}", outcome.touches);
+    }
+}
+
 /// A bar of radius 20 from z = 0 to 60 that turns, and an insert of 4 x 2 x 4 that stands beside it, its corner nearest to axis and chuck at (X / 2, Z).
 const BAR: [f64; 2] = [20.0, 60.0];
 const INSERT: [f64; 2] = [4.0, 4.0];

@@ -58,6 +58,8 @@ impl Verdict {
 pub struct Doubt {
     /// Line of the program; 0 before the first move.
     pub line: u32,
+    /// Which move of the line, from 1.
+    pub nth: usize,
     /// The parts.
     pub pair: Pair,
     /// Fractions of the move, for a dog-leg of its time. The first contact, or the unresolved stretch, lies between them.
@@ -169,6 +171,17 @@ fn work_first(scene: &Scene, run: &ProgramRun, pair: Pair) -> Pair {
     if is_work_last { Pair { a: pair.b, b: pair.a } } else { pair }
 }
 
+/// For each step which move of its line it is, from 1; the legs of a dog-leg are one move.
+fn moves_of_lines(steps: &[Step]) -> Vec<usize> {
+    let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+    let nth = |step: &Step| {
+        let count = counts.entry(step.line).or_default();
+        *count += usize::from(step.within[0] <= 0.0);
+        *count
+    };
+    steps.iter().map(nth).collect()
+}
+
 /// The certificate of what was found.
 fn conclude(
     scene: &Scene,
@@ -180,6 +193,7 @@ fn conclude(
 ) -> Certificate {
     let mut blocks: BTreeMap<u32, Verdict> = track.steps.iter().map(|step| (step.line, Verdict::Free)).collect();
     let (mut cutting, mut doubts, mut intervals) = (BTreeSet::new(), Vec::new(), 0);
+    let nths = moves_of_lines(&track.steps);
     for (pair, entries) in found {
         for entry in entries {
             let steps = entry.from.floor() as usize..entry.to.ceil() as usize;
@@ -205,7 +219,7 @@ fn conclude(
                 let within = [entry.from, end].map(|place| (place - begin).clamp(0.0, 1.0));
                 let place = begin + within[0];
                 let within = within.map(|part| first + part * (last - first));
-                doubts.push((place, Doubt { line: *line, pair: *pair, within, size_mm, verdict }));
+                doubts.push((place, Doubt { line: *line, nth: nths[step], pair: *pair, within, size_mm, verdict }));
             }
         }
     }

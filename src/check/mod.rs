@@ -289,7 +289,7 @@ pub fn check(
         turned_scanned = scan_all(&turned_writer, &turned_bodies, settings, &queries, progress);
     }
     progress.begin("cutting", workpieces.len() as u64);
-    let met: Vec<Met> = workpieces
+    let mut met: Vec<Met> = workpieces
         .iter_mut()
         .map(|workpiece| {
             let stretches = |pair: Pair, is_turned: bool| {
@@ -304,6 +304,7 @@ pub fn check(
             met
         })
         .collect();
+    Workpiece::join(&workpieces, &mut met);
     let (of_turned, contacts): (Vec<StockContact>, Vec<StockContact>) =
         met.iter().flat_map(|met| met.contacts.iter().copied()).partition(|contact| contact.is_turned);
     let mut events = writer.events(&scanned, &contacts, settings);

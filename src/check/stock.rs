@@ -117,6 +117,47 @@ struct Told {
 pub(super) struct Met {
     pub contacts: Vec<StockContact>,
     pub touches: Vec<Touch>,
+    /// Place from which on the workpiece may have been cut.
+    cut_from: Option<f64>,
+    /// Where other workpieces, as drawn and uncut, are not free of what is left of this one.
+    near: Vec<(Pair, [f64; 2])>,
+}
+
+impl Met {
+    /// Makes one of what the stocks of two workpieces tell of each other. Each takes the other workpiece for uncut, so the stock whose other workpiece is cut
+    /// later decides. Once that one is cut, too, contact is not certain, and there is none where the other stock is free of it.
+    fn join(&mut self, second: &mut Self, pair: Pair) {
+        let is_self = self.uncut_to() <= second.uncut_to();
+        let (deciding, other) = if is_self { (self, second) } else { (second, self) };
+        let of_pair = |contact: &StockContact| contact.pair == pair && !contact.is_turned;
+        other.contacts.retain(|contact| !of_pair(contact));
+        other.touches.retain(|touch| touch.pair != pair);
+        let is_free = !other.near.iter().any(|(near, _)| *near == pair);
+        deciding.touches.retain(|touch| touch.pair != pair || !is_free);
+        let joined = |contact: &StockContact| match of_pair(contact) && contact.to > other.uncut_to() {
+            true => other.confirmed(contact),
+            false => vec![*contact],
+        };
+        deciding.contacts = deciding.contacts.iter().flat_map(joined).collect();
+    }
+
+    fn uncut_to(&self) -> f64 {
+        self.cut_from.unwrap_or(f64::INFINITY)
+    }
+
+    /// The parts of a contact with this workpiece, uncut, where its stock is not free of it either. They are not certain.
+    fn confirmed(&self, contact: &StockContact) -> Vec<StockContact> {
+        let meets = |[from, to]: [f64; 2]| from <= contact.to && contact.from <= to;
+        let near = self.near.iter().filter(|(pair, way)| *pair == contact.pair && meets(*way));
+        let part = |&(_, [from, to]): &(Pair, [f64; 2])| StockContact {
+            // A whole place belongs to the move that leads to it.
+            from: if from > contact.from { from.next_up() } else { contact.from },
+            to: to.min(contact.to),
+            depth: Depth { low: 0.0, ..contact.depth },
+            ..*contact
+        };
+        near.map(part).filter(|part| part.from <= part.to).collect()
+    }
 }
 
 impl<'a> Workpiece<'a> {
@@ -197,6 +238,19 @@ impl<'a> Workpiece<'a> {
         [pair.a, pair.b].contains(&self.part) && self.others.iter().any(|other| other.pair == pair)
     }
 
+    /// Joins what workpieces met of one another.
+    pub fn join(workpieces: &[Self], met: &mut [Met]) {
+        for (index, second) in workpieces.iter().enumerate() {
+            let (before, rest) = met.split_at_mut(index);
+            for (first, met) in workpieces.iter().zip(before) {
+                let is_second = |other: &&Other| !other.is_turned && other.pair.other(first.part) == second.part;
+                if let Some(other) = first.others.iter().find(is_second) {
+                    met.join(&mut rest[0], other.pair);
+                }
+            }
+        }
+    }
+
     /// Runs the program up to place `end`, or until `budget` cells were held against what moves; `stretches` says where each pair that was scanned touches the
     /// uncut workpiece, as drawn or as what a spindle turns.
     pub fn run(
@@ -222,7 +276,12 @@ impl<'a> Workpiece<'a> {
         let mut batch = Batch::default();
         let mut at = 0;
         while at <= end {
+            let known = batch.steps.len();
             let last = route.add(at, end, &mut batch);
+            let cuts = |step: &Step| step.cutting.iter().any(|sweep| stock.is_near(sweep));
+            if ledger.met.cut_from.is_none() && batch.steps[known..].iter().any(cuts) {
+                ledger.met.cut_from = Some(at as f64 - 1.0);
+            }
             if batch.steps.len() >= BATCH {
                 ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
                 batch = Batch::default();
@@ -637,6 +696,7 @@ impl<'a> Ledger<'a> {
             }
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
+            self.meet(other, [told.from, told.to]);
             let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
             if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > THIN_PART * deepest) {
                 let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
@@ -660,8 +720,22 @@ impl<'a> Ledger<'a> {
         }
     }
 
+    /// Another workpiece is not free of the stock on a part of the path.
+    fn meet(&mut self, other: usize, [from, to]: [f64; 2]) {
+        let Other { pair, role, is_turned, .. } = self.others[other];
+        if role != Role::Workpiece || is_turned {
+            return;
+        }
+        match self.met.near.last_mut() {
+            Some((last, [_, end])) if *last == pair && *end >= from => *end = f64::max(*end, to),
+            _ => self.met.near.push((pair, [from, to])),
+        }
+    }
+
     /// Every cutter may be in the stock from a place on: nobody has looked.
     fn give_up(&mut self, scene: &Scene, from: f64, to: f64) {
+        self.met.cut_from = self.met.cut_from.or(Some(from));
+        (0..self.others.len()).for_each(|other| self.meet(other, [from, to]));
         let depth = Depth { low: 0.0, high: f64::INFINITY };
         let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));
         let contact = |pair| {
@@ -688,7 +762,9 @@ impl<'a> Ledger<'a> {
                 Kind::RapidIntoWorkpiece => true,
                 kind => before.kind == kind,
             };
-            if goes_on && same {
+            // What may be contact makes no certain contact of a later line begin on its own line.
+            let is_as_sure = before.depth.low > 0.0 || contact.depth.low <= 0.0 || before.kind == kind && same_line();
+            if goes_on && same && is_as_sure {
                 // Two bodies of one part may be in contact at once.
                 (before.from, before.to) = (before.from.min(from), before.to.max(to));
                 before.depth = before.depth.max(contact.depth);

@@ -334,8 +334,9 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         }
         say("");
     }
+    let near = near_pairs(&near, &collisions);
     if !near.is_empty() {
-        say(painted(&near_misses(scene, &near, &collisions).trim_fmt()));
+        say(painted(&near_misses(scene, &near).trim_fmt()));
         say("");
     }
     say(format!(
@@ -562,9 +563,9 @@ fn near_pairs<'a>(near: &[&'a Event], collisions: &[&Event]) -> Vec<(Vec<&'a Eve
 }
 
 /// Pairs that come near, a line each.
-fn near_misses(scene: &Scene, near: &[&Event], collisions: &[&Event]) -> Table {
+fn near_misses(scene: &Scene, pairs: &[(Vec<&Event>, f64)]) -> Table {
     let mut table = style::table(&["NEAR MISSES", ">TIMES", ">WITHIN mm", ">LEAST mm", ">AT LINE", "AT TIME"]);
-    for (events, zone_mm) in near_pairs(near, collisions) {
+    for (events, zone_mm) in pairs {
         let Some(least) = events.iter().min_by(|a, b| a.least_mm.total_cmp(&b.least_mm)) else { continue };
         table.add_row([
             scene.pair_name(least.pair),

@@ -7,7 +7,7 @@ use crate::scene::set_up::SetUp;
 use crate::scene::{Overrides, ProgramRun, Scene, SceneError, StockSpec, ToolEntry};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use rs274::{Axis, Position};
+use rs274::Axis;
 use std::path::{Path, PathBuf};
 
 /// Examples for the help of every verb that takes a [`Subject`].
@@ -36,8 +36,8 @@ pub struct Subject {
     pub program: Option<PathBuf>,
     #[command(flatten)]
     reading: Reading,
-    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C]; in the dialects fanuc and haas G54.1P12, too, and
-    /// in haas G154P12; X is a diameter on Fanuc's and Haas's lathes, as on their offset page; repeatable
+    /// Put the origin of a work offset elsewhere, machine coordinates, mm and degrees: G54=X,Y,Z[,A,B,C[,U,V,W]]; axes that are not given keep the scene's
+    /// origin; in the dialects fanuc and haas G54.1P12, too, and in haas G154P12; X is a diameter on Fanuc's and Haas's lathes, as on their offset page; repeatable
     #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
     offsets: Vec<String>,
     /// Take tools from a LinuxCNC tool table in place of the scene's
@@ -213,18 +213,21 @@ pub fn tip_control(scene: &Scene) -> Result<&TipControl> {
     })
 }
 
-/// X,Y,Z or X,Y,Z,A,B,C; mm and degrees.
-fn place(text: &str) -> std::result::Result<Position, String> {
+/// X,Y,Z, then A,B,C, then U,V,W, mm and degrees; `None` for the axes that are not given.
+fn place(text: &str) -> std::result::Result<[Option<f64>; 9], String> {
     let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let numbers = numbers.map_err(|error| error.to_string())?;
-    if numbers.len() != 3 && numbers.len() != 6 {
-        return Err(format!("{} numbers; it must have 3 (X,Y,Z) or 6 (X,Y,Z,A,B,C)", numbers.len()));
+    if ![3, 6, 9].contains(&numbers.len()) {
+        return Err(format!(
+            "{} numbers; it must have 3 (X,Y,Z), 6 (X,Y,Z,A,B,C) or 9 (X,Y,Z,A,B,C,U,V,W)",
+            numbers.len()
+        ));
     }
-    let mut position = Position::default();
+    let mut origin = [None; 9];
     for (axis, number) in Axis::ALL.into_iter().zip(numbers) {
-        position[axis] = if axis.is_rotary() { number.to_radians() } else { number };
+        origin[axis as usize] = Some(if axis.is_rotary() { number.to_radians() } else { number });
     }
-    Ok(position)
+    Ok(origin)
 }
 
 /// What to do about a tool that nobody knows.

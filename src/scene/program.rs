@@ -307,17 +307,19 @@ impl ProgramRun {
         self.program.called_files.iter().filter_map(|file| file.canonicalize().ok())
     }
 
-    /// Sets the origin of a work offset (`G54` to `G59.3`; `G54.1P1` and on, and Haas's `G154P1` and on), machine coordinates, mm and radians. As on the
-    /// control's offset page, and in G10 L2, X of Fanuc's and Haas's lathes is a diameter.
+    /// Sets the origin of a work offset (`G54` to `G59.3`; `G54.1P1` and on, and Haas's `G154P1` and on), machine coordinates, mm and radians, in the axes
+    /// that `axes` gives, in the order of [`Axis::ALL`]; the others keep theirs. As on the control's offset page, and in G10 L2, X of Fanuc's and Haas's
+    /// lathes is a diameter.
     ///
     /// # Errors
     /// A message when there is no offset of that name, or the origin is not finite.
-    pub fn set_work_offset(&mut self, name: &str, origin: Position) -> Result<(), String> {
-        let mut origin = finite(name, origin)?;
+    pub fn set_work_offset(&mut self, name: &str, mut axes: [Option<f64>; 9]) -> Result<(), String> {
         if self.setup.is_fanuc_lathe() {
-            origin[Axis::X] /= 2.0;
+            axes[Axis::X as usize] = axes[Axis::X as usize].map(|diameter| diameter / 2.0);
         }
-        *work_offset(&mut self.setup, name)? = origin;
+        let origin = work_offset(&mut self.setup, name)?;
+        let moved = std::array::from_fn(|index| axes[index].unwrap_or(origin.0[index]));
+        *origin = finite(name, Position(moved))?;
         Ok(())
     }
 

@@ -178,6 +178,15 @@ impl Stock {
         }
     }
 
+    /// Whether something that moves comes near what may be left.
+    pub fn is_near(&self, sweep: &Sweep) -> bool {
+        let meets = |tile: &Tile| {
+            let (low, high) = tile.bounds();
+            !tile.is_gone() && sweep.reaches(&low, &high)
+        };
+        self.tiles.iter().any(meets)
+    }
+
     /// Cells that were held against something that moves so far: what time is spent on, the same on every machine.
     pub fn questions(&self) -> u64 {
         self.tiles.iter().map(Tile::questions).sum()
@@ -424,14 +433,24 @@ impl TileRun<'_> {
         self.search(sweep, false, TOO_LONG)
     }
 
-    /// How deep a part comes at most, mm, where that is within the resolution; where it may be deeper, some depth beyond it.
+    /// How deep a part comes at most, mm, where that is within the resolution, and 0 where it does not touch; where it may be deeper, some depth beyond it.
     fn at_most(&mut self, sweep: &Sweep) -> f64 {
-        self.search(sweep, true, u64::MAX).high
+        let high = self.search(sweep, true, u64::MAX).high;
+        let may_touch = high > self.resolution_mm || high > TOUCH_MM && self.touches(sweep);
+        if may_touch { high } else { 0.0 }
+    }
+
+    /// Whether a part may touch. A large cell within the resolution of a part is not divided for its depth, however far its material is from the part; it is divided for
+    /// this. What [`LONG`] questions do not decide counts as touching.
+    fn touches(&mut self, sweep: &Sweep) -> bool {
+        let Self { uncut, .. } = *self;
+        let search = Search { sweep, within_mm: TOUCH_MM, only_whether: true, keeps_cuts: true, most: LONG, uncut };
+        self.tile.contact(&search).high > TOUCH_MM
     }
 
     fn search(&mut self, sweep: &Sweep, only_whether: bool, most: u64) -> Depth {
         let Self { uncut, resolution_mm: within_mm, .. } = *self;
-        self.tile.contact(&Search { sweep, within_mm, only_whether, most, uncut })
+        self.tile.contact(&Search { sweep, within_mm, only_whether, keeps_cuts: false, most, uncut })
     }
 
     /// Where on its way a part first and last may be deeper than the resolution, found by halving to the tolerance. A stretch that [`LONG`] questions do not decide

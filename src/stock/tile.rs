@@ -50,6 +50,8 @@ pub(super) struct Search<'a> {
     pub within_mm: f64,
     /// Whether it is enough to know that the depth may be more than that.
     pub only_whether: bool,
+    /// Whether cells stay undivided where what cuts leave of them bounds the depth: finer ones bound it less closely.
+    pub keeps_cuts: bool,
     /// Questions after which what is undecided counts as contact. For a mesh that does not turn the limit is [`TOO_LONG`] at most, or [`SHORT`] after [`PATIENCE`].
     pub most: u64,
     pub uncut: &'a Blank,
@@ -445,8 +447,11 @@ impl Tile {
         if self.is_late() || search.is_answered(depth) || is_nothing_new(at_most, depth) {
             return cell;
         }
+        let mut is_kept = false;
         if cell & UNDIVIDED != 0 && at_most > within {
-            at_most = at_most.min(self.left(cell, cube, search));
+            let left = self.left(cell, cube, search);
+            is_kept = search.keeps_cuts && left < at_most;
+            at_most = at_most.min(left);
             if is_nothing_new(at_most, depth) {
                 return cell;
             }
@@ -454,7 +459,7 @@ impl Tile {
         let is_known = !search.only_whether && depth.low > 0.0 && self.apart > 1.0;
         let apart = self.apart * (self.asked() as f64 / LONG as f64).max(1.0);
         let is_enough = is_known && at_most <= apart * depth.low.max(within) || self.asked() > search.most;
-        if at_most <= within || cell == MIXED || is_enough {
+        if at_most <= within || cell == MIXED || is_kept || is_enough {
             depth.high = depth.high.max(at_most);
             return cell;
         }

@@ -98,7 +98,7 @@ impl Written {
         let names = |pair: crate::scene::Pair| [pair.a, pair.b].map(|part| scene.parts[part].name.clone());
         let doubt = |doubt: &Doubt| {
             json!({
-                "line": doubt.line, "pair": names(doubt.pair), "verdict": doubt.verdict.name(), "within": doubt.within, "size_mm": doubt.size_mm,
+                "line": doubt.line, "move": doubt.nth, "pair": names(doubt.pair), "verdict": doubt.verdict.name(), "within": doubt.within, "size_mm": doubt.size_mm,
             })
         };
         json!({
@@ -113,17 +113,21 @@ impl Written {
 
 /// A doubt for a reader.
 fn line(scene: &Scene, doubt: &Doubt) -> String {
-    let Doubt { line, pair, within: [from, to], size_mm, verdict } = doubt;
-    let pair = scene.pair_name(*pair);
+    let Doubt { line, nth, pair, within: [from, to], size_mm, verdict } = doubt;
+    let (place, pair) = (format!("line {line}, move {nth}"), scene.pair_name(*pair));
     match (verdict, size_mm) {
+        (Verdict::Collision, Some(_)) if to <= from => {
+            let begin = if *from > 0.0 { format!("{from:.9}") } else { "the beginning".to_owned() };
+            format!("proved: {place}: {pair} are in contact from {begin} of the move on")
+        }
         (Verdict::Collision, Some(size_mm)) => format!(
-            "proved: line {line}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
+            "proved: {place}: {pair} first touch between {from:.9} and {to:.9} of the move, within {size_mm:.6} mm of travel"
         ),
         (_, Some(size_mm)) => format!(
-            "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, the search stopped {size_mm:.6} mm apart"
+            "unresolved: {place}: {pair} from {from:.9} to {to:.9} of the move, the search stopped {size_mm:.6} mm apart"
         ),
         (_, None) => format!(
-            "unresolved: line {line}: {pair} from {from:.9} to {to:.9} of the move, nothing bounds the way of the axes where the search stopped"
+            "unresolved: {place}: {pair} from {from:.9} to {to:.9} of the move, nothing bounds the way of the axes where the search stopped"
         ),
     }
 }
