@@ -731,7 +731,7 @@ fn a_feed_rate_is_that_of_all_axes_together() {
     ] {
         let program = run(&format!("{source}\nM30"), &fanuc());
         let step = &program.moves[0];
-        let found = rs274::path::length(&rs274::Position::default(), step) / step.feed_mm_min.unwrap();
+        let found = rs274::path::length(&Position::default(), step) / step.feed_mm_min.unwrap();
         assert!((found - minutes).abs() < 1e-9, "{source}: {found}");
     }
 }
