@@ -153,6 +153,10 @@ joint = { axis = "X", direction = [1, 0, 0] }
 name = "y"
 parent = "x"
 joint = { axis = "Y", direction = [0, 1, 0] }
+[[machine.links]]
+name = "z"
+parent = "y"
+joint = { axis = "Z", direction = [0, 0, 1] }
 [[parts]]
 name = "clamp"
 role = "fixture"
@@ -161,16 +165,22 @@ shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, -5], [10, -5], [10
 [[parts]]
 name = "holder"
 role = "holder"
-link = "y"
+link = "z"
 shape = { kind = "extrude", height_mm = 10, outline_mm = [[-3, -3], [3, -3], [3, 3], [-3, 3]] }
 [program]
 file = "own.ngc"
+[program.tool_centre_point]
+tool_link = "z"
 [check]
 rapid = "dog-leg"
 rapid_mm_min = 10000
 "#;
     // 10 mm in both axes and 90 mm in one. The holder is at the clamp at X77.
-    for (program, contact) in [("G0 X100 Y10\nM2", 0.77), ("G0 X50 Y10\nG1 X100 F1000\nM2", 27.0 / 50.0)] {
+    for (program, contact) in [
+        ("G0 X100 Y10\nM2", 0.77),
+        ("G68.2 X0 Y0 Z0 I0 J0 K0\nG0 X100 Y10\nM2", 0.77),
+        ("G0 X50 Y10\nG1 X100 F1000\nM2", 27.0 / 50.0),
+    ] {
         let certificate = certified(&load(scene, program));
         let [Doubt { within, verdict: Verdict::Collision, .. }] = &certificate.doubts[..] else {
             panic!("{program}: {:?}", certificate.doubts)

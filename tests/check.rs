@@ -376,6 +376,56 @@ fn a_rapid_that_clears_the_clamp_as_a_line_hits_it_as_a_dog_leg() {
 }
 
 #[test]
+fn a_dog_leg_is_one_in_a_plane_that_is_not_tilted_too() {
+    // From X 0, Y 0 to X 100, Y 50, by way of X 50, Y 50 beside the clamp; the straight line passes it.
+    let scene = r#"
+title = "A clamp beside a rapid, over a table that turns"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[machine.links]]
+name = "z"
+parent = "y"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[machine.links]]
+name = "a"
+joint = { axis = "A", direction = [-1, 0, 0] }
+[[machine.links]]
+name = "c"
+parent = "a"
+joint = { axis = "C", direction = [0, 0, -1] }
+[[parts]]
+name = "ball"
+link = "z"
+role = "shank"
+shape = { kind = "sphere", radius_mm = 2 }
+[[parts]]
+name = "clamp"
+link = "c"
+role = "fixture"
+at = { xyz_mm = [50, 47, 5] }
+shape = { kind = "sphere", radius_mm = 8 }
+[program]
+file = "own.ngc"
+[program.tool_centre_point]
+tool_link = "z"
+work_link = "c"
+[check]
+rapid = "dog-leg"
+"#;
+    for moves in ["G0 X100 Y50", "G81 X0 Y0 Z4 R5 F500\nX100 Y50\nG80"] {
+        let told_in = |plane: &str| told_by(scene, &format!("G0 Z5\n{plane}\n{moves}\nM2"));
+        let told = told_in("G4 P0\nG4 P0");
+        assert_eq!(told.len(), 1, "{moves}: {told:?}");
+        assert_eq!(told_in("G68.2 X0 Y0 Z0 I0 J0 K0\nG53.1"), told, "{moves}");
+    }
+}
+
+#[test]
 fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
     // 40 mm of Z and 55 mm of X to the clamp at 100 mm/s: 0.95 s; with X at 50 mm/s at most 0.4 + 1.1 s.
     let time_s = |text: &str| {

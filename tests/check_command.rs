@@ -720,6 +720,59 @@ fn a_tool_vector_has_two_solutions() {
         (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
     ] {
         let (code, _, error) = inverse(arguments);
+        let (code, _, error) = inverse(arguments);
         assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
+    }
+}
+
+#[test]
+fn a_tool_vector_is_in_the_axes_of_the_program_however_the_machine_is_drawn() {
+    // A horizontal mill with the spindle along Y of the drawing, over a table that turns about B on a trunnion that tilts about A.
+    let scene = r#"
+title = "A horizontal mill"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [-1, 0, 0] }
+[[machine.links]]
+name = "trunnion"
+parent = "x"
+joint = { axis = "A", direction = [-1, 0, 0] }
+[[machine.links]]
+name = "table"
+parent = "trunnion"
+joint = { axis = "B", direction = [0, 0, -1] }
+[[machine.links]]
+name = "y"
+joint = { axis = "Y", direction = [0, 0, 1] }
+[[machine.links]]
+name = "head"
+parent = "y"
+joint = { axis = "Z", direction = [0, -1, 0] }
+[[parts]]
+name = "cutter"
+link = "head"
+role = "cutter"
+shape = { kind = "sphere", radius_mm = 2 }
+[[parts]]
+name = "post"
+link = "table"
+role = "fixture"
+at = { xyz_mm = [0, 100, 0] }
+shape = { kind = "sphere", radius_mm = 2 }
+[program]
+file = "own.ngc"
+[program.tool_centre_point]
+tool_link = "head"
+work_link = "table"
+direction = [0, 1, 0]
+"#;
+    let (folder, _) = scene_of(scene, "M2");
+    for (direction, tilt) in [("0,0,1", 0.0), ("0,-0.5,0.8660254037844386", 30.0)] {
+        let inverse = ["scene", "inverse", folder.path().to_str().unwrap(), "--direction", direction, "--json"];
+        let output = bvbench().args(inverse).output().unwrap();
+        assert!(output.status.success(), "{direction}");
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let angles = ["A", "B"].map(|axis| found["chosen"]["position"][axis].as_f64().unwrap());
+        assert_eq!(angles, [tilt, 0.0], "{direction}");
     }
 }

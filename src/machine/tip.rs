@@ -95,6 +95,31 @@ impl TipControl {
         columns
     }
 
+    /// [`TipControl::directions`] with all axes at zero, in the world frame, as columns. Where two axes are missing, nothing but the world's axes
+    /// say where they would go.
+    pub fn axes_at_zero(&self, machine: &Machine) -> Matrix3<f64> {
+        let zero = Position::default();
+        let world_from_work = machine.forward(&zero).world_from(self.work_link).rotation;
+        let mut columns = self.directions(machine, &zero).map(|direction| world_from_work * direction);
+        for (axis, column) in columns.iter_mut().enumerate().filter(|(_, column)| **column == Vector::zeros()) {
+            *column = Vector::ith(axis, 1.0);
+        }
+        Matrix3::from_columns(&columns)
+    }
+
+    /// The direction in the frame of [`TipControl::tool_vector`] from one in the axes that X, Y and Z have while all axes are at zero, in which
+    /// programs give it.
+    ///
+    /// # Errors
+    /// [`TipError::Singular`] when these three axes lie in one plane.
+    pub fn world_direction(&self, machine: &Machine, direction: &Unit<Vector>) -> Result<Unit<Vector>, TipError> {
+        let axes = self.axes_at_zero(machine);
+        if axes.singular_values().min() < SINGULAR {
+            return Err(TipError::Singular);
+        }
+        Ok(Unit::new_normalize(axes * direction.into_inner()))
+    }
+
     /// The first of X, Y and Z that the machine has and that moves neither the tool nor the workpiece against the other: the link of one of the
     /// two is then another one.
     pub fn idle_axis(&self, machine: &Machine, position: &Position) -> Option<Axis> {
@@ -203,6 +228,7 @@ impl TipKinematics for ControlledMachine {
     fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String> {
         let vector = Unit::try_new(Vector::from(vector), f64::MIN_POSITIVE);
         let vector = vector.ok_or_else(|| "a tool vector of no length".to_owned())?;
+        let vector = self.control.world_direction(&self.machine, &vector).map_err(|error| error.to_string())?;
         let solutions = self.control.orient(&self.machine, &vector, axes).map_err(|error| error.to_string())?;
         solutions.chosen.limits.map_err(|error| error.to_string())?;
         let other = solutions.other.filter(|other| other.limits.is_ok());
@@ -454,6 +480,36 @@ mod tests {
         }
     }
 
+    /// The machine as a drawing has it that stands askew in the world.
+    fn askew(machine: &Machine, control: &TipControl) -> (Machine, TipControl) {
+        let mut links = machine.links().to_vec();
+        let base = Some(links.len());
+        for link in links.iter_mut().filter(|link| link.parent.is_none()) {
+            link.parent = Some("base".to_owned());
+        }
+        let turn = nalgebra::UnitQuaternion::from_euler_angles(0.4, -1.1, 2.0);
+        let parent_from_link = Isometry::from_parts(nalgebra::Translation3::new(70.0, 80.0, 90.0), turn);
+        links.push(Link { name: "base".to_owned(), parent: None, parent_from_link, joint: None });
+        let (tool_link, work_link) = (control.tool_link.or(base), control.work_link.or(base));
+        (Machine::new(links).unwrap(), TipControl { tool_link, work_link, ..control.clone() })
+    }
+
+    #[test]
+    fn a_machine_that_is_drawn_askew_turns_its_axes_no_other_way() {
+        for (machine, control) in [table_table(), head_table(), head_head()] {
+            let (askew_machine, askew_control) = askew(&machine, &control);
+            for program in [
+                "G43 H1\nG68.2 X10 Y20 Z-5 I30 J25 K0\nG53.1\nG0 X3 Y4 Z2\nM2",
+                "G43 H1\nG68.2 X10 Y20 Z-5\nG53.1\nG0 X3 Y4 Z2\nM2",
+                "G43.5 H1\nG1 X5 Y6 Z7 I1 J2 K3 F100\nM2",
+            ] {
+                let wanted = axes_after(program, &machine, &control);
+                let found = axes_after(program, &askew_machine, &askew_control);
+                assert!(differ(&found, &wanted) < 1e-9, "{program}: {found:?} {wanted:?}");
+            }
+        }
+    }
+
     #[test]
     fn without_the_machine_control_is_switched_at_rotary_zero_only() {
         let setup =
@@ -472,6 +528,14 @@ mod tests {
         let control =
             TipControl { tool_link: Some(0), gauge: Point::origin(), direction: -Vector::z_axis(), work_link: None };
         assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError::Singular));
+        // A direction has a meaning all the same, unless two axes go the same way.
+        let lean = Unit::new_normalize(Vector::new(1.0, 2.0, 3.0));
+        assert!((control.world_direction(&machine, &lean).unwrap().into_inner() - lean.into_inner()).norm() < 1e-12);
+        let mut links = machine.links().to_vec();
+        links.push(link("x", None, [0.0; 3], slide(Axis::X, Vector::x())));
+        links.push(link("y", Some("x"), [0.0; 3], slide(Axis::Y, Vector::x())));
+        let control = TipControl { work_link: Some(2), ..control };
+        assert_eq!(control.world_direction(&Machine::new(links).unwrap(), &lean), Err(TipError::Singular));
     }
 
     #[test]

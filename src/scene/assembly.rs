@@ -358,21 +358,13 @@ fn link_from_tool(tip: &TipControl, length_mm: f64) -> Isometry {
 /// # Errors
 /// When these directions are not at right angles.
 fn up_by_axes(machine: &Machine, tip: &TipControl) -> Result<Vector, String> {
-    let zero = Position::default();
-    let poses = machine.forward(&zero);
-    let work_from_world = poses.world_from(tip.work_link).rotation.inverse();
-    let mut columns = tip.directions(machine, &zero);
-    // Where two axes are missing, nothing but the world's says where they would go.
-    for (axis, column) in columns.iter_mut().enumerate().filter(|(_, column)| **column == Vector::zeros()) {
-        *column = work_from_world * Vector::ith(axis, 1.0);
-    }
-    let axes = Matrix3::from_columns(&columns);
+    let axes = tip.axes_at_zero(machine);
     if (axes.transpose() * axes - Matrix3::identity()).amax() > SKEW {
         let why = "X, Y and Z do not move the tool over the workpiece at right angles, so its length gives no offset: give both `offset` and `stickout_mm`";
         return Err(why.to_owned());
     }
-    let up = poses.world_from(tip.tool_link).rotation * -tip.direction.into_inner();
-    Ok(axes.transpose() * (work_from_world * up))
+    let up = tip.tool_vector(machine, &Position::default());
+    Ok(axes.transpose() * up.into_inner())
 }
 
 /// Mounts a tool in the spindle. A tool without a given offset gets its length along its axis as the offset.

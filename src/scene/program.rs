@@ -348,7 +348,8 @@ pub(super) fn deferred(
     sampling: Sampling,
 ) -> ProgramRun {
     let blocks = source.lines().map(str::to_owned).collect();
-    let program = rs274::Program { moves: Vec::new(), blocks, notes: Vec::new(), called_files: Vec::new() };
+    let (moves, notes, called_files) = (Vec::new(), Vec::new(), Vec::new());
+    let program = rs274::Program { moves, blocks, notes, called_files, kinematics: setup.kinematics.clone() };
     ProgramRun { file: path, hash, program, setup: setup.clone(), tip, start: setup.start, sampling }
 }
 

@@ -13,6 +13,7 @@ use super::dialect::{Dialect, Note, own};
 use super::error::{Cause, Fault, GcodeError, MOST_ERRORS};
 use super::fanuc::{OffsetNumbers, origin_of};
 use super::foreign;
+use super::kinematics::Kinematics;
 use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
@@ -58,6 +59,8 @@ pub struct Program {
     pub notes: Vec<Note>,
     /// The files of subroutines that were read beside it.
     pub called_files: Vec<PathBuf>,
+    /// The machine that it was made for, if that is known: where the axes are for a place of the tip.
+    pub kinematics: Option<Kinematics>,
 }
 
 /// Executes a program.
@@ -77,7 +80,8 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let errors = interpreter.run(&text);
     if errors.is_empty() {
         let called_files = text.called_files().map(Path::to_owned).collect();
-        return Ok(Program { moves: interpreter.moves, blocks: lines, notes: interpreter.notes, called_files });
+        let (moves, notes) = (interpreter.moves, interpreter.notes);
+        return Ok(Program { moves, blocks: lines, notes, called_files, kinematics: setup.kinematics.clone() });
     }
     let error = all_in_one(errors, &text);
     Err(foreign::recognise(&lines, file, setup.dialect, error))
@@ -778,6 +782,7 @@ impl<'a> Interpreter<'a> {
             kind,
             end,
             tip_mm: self.tip_mm,
+            is_tilted: self.is_tilted && self.tip_mm.is_some(),
             feed_mm_min,
             spindle_rpm: self.spindle_rpm(),
         });

@@ -20,7 +20,7 @@ pub trait TipKinematics: Debug + Send + Sync {
     fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String>;
 
     /// The axis positions with the rotary axes turned such that the tool points along `vector`, from its tip up the tool, as the workpiece
-    /// sees it, and the other such positions within the machine's limits, if there are any; linear axes stay.
+    /// sees it, in the axes that X, Y and Z have at rotary zero, and the other such positions within the machine's limits, if there are any; linear axes stay.
     ///
     /// # Errors
     /// Why the rotary axes cannot.

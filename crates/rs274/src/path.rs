@@ -2,11 +2,13 @@
 //!
 //! Feed moves are straight in axis space. An arc turns about its centre while all other axes, and the radius where start and end
 //! differ, change in proportion to the angle. A rapid move is straight too, or a dog-leg: every axis sets out at its own rapid rate
-//! and stops where it arrives, one after another, as controllers do that do not interpolate G0.
+//! and stops where it arrives, one after another, as controllers do that do not interpolate G0. In a tilted plane the axes do so, and the tip
+//! goes where they take it.
 
 use super::canonical::{Axis, Move, MoveKind, Position};
 use super::feed::{LINEAR_TRIPLES, NO_TRAVEL_MM};
 use super::interpret::Program;
+use super::kinematics::Kinematics;
 use thiserror::Error;
 
 /// Most samples of a path: about a gigabyte of them.
@@ -26,8 +28,8 @@ pub enum RapidPath {
     /// Straight in axis space.
     #[default]
     Straight,
-    /// Each axis at its own rate, mm/min or radians/min, above zero. Under tool-centre-point control, where positions are the
-    /// tip's, rapids go straight nevertheless.
+    /// Each axis at its own rate, mm/min or radians/min, above zero. Under tool-centre-point control, and in a tilted plane where a rotary
+    /// axis turns, the tip goes straight nevertheless.
     DogLeg([f64; 9]),
 }
 
@@ -79,7 +81,7 @@ pub fn sample(
     for (move_index, step) in program.moves.iter().enumerate() {
         let (line, rapid) = (step.line, step.kind == MoveKind::Rapid);
         let mut begin = 0.0;
-        for leg in legs(&from, step, rapids) {
+        for leg in legs(&from, step, program.kinematics.as_ref(), rapids) {
             let pieces = pieces(&leg.from, step, &leg.to, sampling);
             for piece in 1..=pieces {
                 let part = piece as f64 / pieces as f64;
@@ -107,7 +109,7 @@ pub fn count(
 ) -> Result<usize, TooManySamples> {
     let (mut total, mut from) = (0_usize, *start);
     for step in &program.moves {
-        for leg in legs(&from, step, rapids) {
+        for leg in legs(&from, step, program.kinematics.as_ref(), rapids) {
             total = total.saturating_add(pieces(&leg.from, step, &leg.to, sampling));
         }
         if total > MAX_SAMPLES {
@@ -128,24 +130,57 @@ struct Leg {
 }
 
 /// The legs of a move: one, but for a dog-leg.
-fn legs(from: &Position, step: &Move, rapids: &RapidPath) -> Vec<Leg> {
-    let whole = Leg { from: *from, to: step.end, until: 1.0 };
-    let (RapidPath::DogLeg(rates), MoveKind::Rapid, None) = (rapids, step.kind, step.tip_mm) else {
-        return vec![whole];
-    };
+fn legs(from: &Position, step: &Move, kinematics: Option<&Kinematics>, rapids: &RapidPath) -> Vec<Leg> {
+    let whole = || vec![Leg { from: *from, to: step.end, until: 1.0 }];
+    let (RapidPath::DogLeg(rates), MoveKind::Rapid) = (rapids, step.kind) else { return whole() };
+    match step.tip_mm {
+        None => dog_leg(from, &step.end, rates),
+        Some(length) if step.is_tilted => {
+            dog_leg_of_tip(from, &step.end, rates, kinematics, length).unwrap_or_else(whole)
+        }
+        Some(_) => whole(),
+    }
+}
+
+/// The legs of a tip's way where the axes go along a dog-leg. While no rotary axis turns, the tip's place is an affine function of the axes',
+/// so that it goes straight along each leg. `None` where one turns, or the axes cannot take the tip there.
+fn dog_leg_of_tip(
+    from: &Position,
+    to: &Position,
+    rates: &[f64; 9],
+    kinematics: Option<&Kinematics>,
+    length_mm: f64,
+) -> Option<Vec<Leg>> {
+    if Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from[axis] != to[axis]) {
+        return None;
+    }
+    // Where the machine is not known, the rotary axes are at zero, and the tip is below the axes.
+    let Some(Kinematics(machine)) = kinematics else { return Some(dog_leg(from, to, rates)) };
+    let (first, mut last) = (machine.axes(from, length_mm).ok()?, machine.axes(to, length_mm).ok()?);
+    for (last, first) in last.0.iter_mut().zip(first.0).filter(|(last, first)| (**last - first).abs() < NO_TRAVEL_MM) {
+        *last = first; // It has moved by rounding.
+    }
+    let mut legs = dog_leg(&first, &last, rates);
+    let mut begin = *from;
+    for leg in &mut legs {
+        let end = if leg.until < 1.0 { machine.tip(&leg.to, length_mm).ok()? } else { *to };
+        (leg.from, leg.to) = (begin, end);
+        begin = end;
+    }
+    Some(legs)
+}
+
+/// The legs of a rapid on which each axis goes at its own rate: one where nothing moves.
+fn dog_leg(from: &Position, to: &Position, rates: &[f64; 9]) -> Vec<Leg> {
     // When each axis arrives, minutes.
-    let arrivals: [f64; 9] = std::array::from_fn(|i| (step.end.0[i] - from.0[i]).abs() / rates[i]);
+    let arrivals: [f64; 9] = std::array::from_fn(|i| (to.0[i] - from.0[i]).abs() / rates[i]);
     let mut times: Vec<f64> = arrivals.into_iter().filter(|&time| time > 0.0).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    let Some(&end) = times.last() else { return vec![whole] };
+    let Some(&end) = times.last() else { return vec![Leg { from: *from, to: *to, until: 1.0 }] };
     let place = |time: f64| {
         Position(std::array::from_fn(|i| {
-            if time >= arrivals[i] {
-                step.end.0[i]
-            } else {
-                from.0[i] + (step.end.0[i] - from.0[i]) * (time / arrivals[i])
-            }
+            if time >= arrivals[i] { to.0[i] } else { from.0[i] + (to.0[i] - from.0[i]) * (time / arrivals[i]) }
         }))
     };
     let mut legs: Vec<Leg> = Vec::with_capacity(times.len());
@@ -232,8 +267,9 @@ fn steps(travel: f64, step: f64) -> usize {
 mod tests {
     use super::*;
     use crate::canonical::Plane;
-    use crate::{Setup, interpret};
+    use crate::{Setup, TipKinematics, interpret};
     use std::f64::consts::{FRAC_PI_2, TAU};
+    use std::sync::Arc;
 
     fn run(source: &str) -> Program {
         interpret(source, std::path::Path::new("path.ngc"), &Setup::default()).unwrap()
@@ -323,6 +359,75 @@ mod tests {
         assert!(are(&by(1.0), &[&diagonal[..], &[turn], &straight].concat()), "{:?}", by(1.0));
     }
 
+    /// A table that A turns about X, and an upright spindle.
+    #[derive(Debug)]
+    struct Table;
+
+    fn turned(position: &Position, angle: f64) -> Position {
+        let (sin, cos) = angle.sin_cos();
+        let (mut turned, y, z) = (*position, position[Axis::Y], position[Axis::Z]);
+        (turned[Axis::Y], turned[Axis::Z]) = (cos * y - sin * z, sin * y + cos * z);
+        turned
+    }
+
+    impl TipKinematics for Table {
+        fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String> {
+            let mut tip = *axes;
+            tip[Axis::Z] -= length_mm;
+            Ok(turned(&tip, -axes[Axis::A]))
+        }
+
+        fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String> {
+            let mut axes = turned(tip, tip[Axis::A]);
+            axes[Axis::Z] += length_mm;
+            Ok(axes)
+        }
+
+        fn orient(&self, _: [f64; 3], _: &Position) -> Result<(Position, Option<Position>), String> {
+            Err("it has one rotary axis".to_owned())
+        }
+    }
+
+    #[test]
+    fn in_a_tilted_plane_the_axes_and_not_the_tip_go_along_the_dog_leg() {
+        // X and Y at 1 mm/min, Z at 0.5.
+        let rates = std::array::from_fn(|i| if i == Axis::Z as usize { 0.5 } else { 1.0 });
+        let known = Setup { kinematics: Some(Kinematics(Arc::new(Table))), ..Setup::default() };
+        let setups = [Setup::default(), known];
+        let both = &setups[..];
+        let cases: [(&[Setup], &str, &[[f64; 3]]); 7] = [
+            (both, "G0 X0 Y0\nG0 X30 Y10", &[[10.0, 10.0, 0.0], [30.0, 10.0, 0.0]]),
+            (both, "G68.2 I0\nG0 X30 Y10", &[[10.0, 10.0, 0.0], [30.0, 10.0, 0.0]]),
+            // X of the plane is the machine's Y.
+            (both, "G68.2 I90\nG0 X30 Y10", &[[-10.0, 10.0, 0.0], [-10.0, 30.0, 0.0]]),
+            // Z of the machine takes 20 min to move the tip by 10 mm along Y over the turned table, and Y the other way by 4 mm along Z 4 min.
+            (&setups[1..], "G0 A90\nG68.2 I0\nG0 X30 Y10", &[[20.0, 10.0, 0.0], [30.0, 10.0, 0.0]]),
+            (&setups[1..], "G0 A90\nG68.2 I0\nG0 Y10 Z4", &[[0.0, 2.0, 4.0], [0.0, 10.0, 4.0]]),
+            (&setups[1..], "G0 A90\nG68.2 I0\nG0 X30 Y10 A0", &[[30.0, 10.0, 0.0]]),
+            (both, "G43.4 H1\nG0 X30 Y10", &[[30.0, 10.0, 0.0]]),
+        ];
+        for (setups, text, wanted) in cases {
+            for setup in setups {
+                let tools = [(1, crate::Tool::with_length(80.0, 10.0))].into();
+                let setup = Setup { tools, ..setup.clone() };
+                let program = interpret(&format!("{text}\nM2"), std::path::Path::new("path.ngc"), &setup).unwrap();
+                let last = program.moves.iter().rposition(|step| step.kind == MoveKind::Rapid).unwrap();
+                let start = Position::default();
+                let samples = sample(&program, &start, &COARSE, &RapidPath::DogLeg(rates)).unwrap();
+                assert_eq!(count(&program, &start, &COARSE, &RapidPath::DogLeg(rates)), Ok(samples.len()), "{text}");
+                let own: Vec<&Sample> = samples.iter().filter(|sample| sample.move_index == last).collect();
+                assert_eq!(own.len(), wanted.len(), "{text}: {own:?}");
+                for (found, wanted) in own.iter().zip(wanted) {
+                    let off = found.position.0.iter().zip(wanted).map(|(found, wanted)| (found - wanted).abs());
+                    // The tip of G43.4 began below the axes.
+                    let off: Vec<f64> = off.take(if text.contains("G43.4") { 2 } else { 3 }).collect();
+                    assert!(off.iter().all(|&off| off < 1e-9), "{text}: {own:?}");
+                }
+                assert_eq!(own.last().unwrap().fraction, 1.0, "{text}");
+            }
+        }
+    }
+
     fn at(linear: [f64; 3]) -> Position {
         let mut position = Position::default();
         for (axis, value) in [Axis::X, Axis::Y, Axis::Z].into_iter().zip(linear) {
@@ -332,7 +437,7 @@ mod tests {
     }
 
     fn step(kind: MoveKind, end: Position) -> Move {
-        Move { line: 1, kind, end, tip_mm: None, feed_mm_min: None, spindle_rpm: 0.0 }
+        Move { line: 1, kind, end, tip_mm: None, is_tilted: false, feed_mm_min: None, spindle_rpm: 0.0 }
     }
 
     /// About the origin of the plane X, Y.

@@ -63,7 +63,7 @@ pub fn run(options: &Options) -> Result<()> {
     let direction = geometry::direction(Vector::from(options.direction)).context("the direction has no length")?;
     let mut from = program.map(|run| run.start).unwrap_or_default();
     options.from.iter().for_each(|&(axis, value)| from[axis] = value);
-    let found = tip.orient(&scene.machine, &direction, &from)?;
+    let found = tip.orient(&scene.machine, &tip.world_direction(&scene.machine, &direction)?, &from)?;
     let solutions: Vec<Solution> = [Some(found.chosen), found.other].into_iter().flatten().collect();
     let length = options.length.unwrap_or_else(|| {
         let setup = program.map(|run| &run.setup);
