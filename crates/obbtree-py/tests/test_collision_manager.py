@@ -142,6 +142,18 @@ def test_later_changes_of_a_mesh_do_not_count():
             assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
 
 
+def in_threads(work, values):
+    """Calls `work` with each value in a thread of its own; the threads take turns as often as can be."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=work, args=(value,)) for value in values]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+    finally:
+        sys.setswitchinterval(interval)
+
+
 def test_threads_may_share_a_manager():
     manager, errors = obbtree.CollisionManager(), []
     manager.add_object("box", trimesh.creation.box())
@@ -158,15 +170,21 @@ def test_threads_may_share_a_manager():
         except BaseException as error:
             errors.append(error)
 
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    try:
-        threads = [threading.Thread(target=ask, args=(1000.0 * i,)) for i in range(8)]
-        [thread.start() for thread in threads]
-        [thread.join() for thread in threads]
-    finally:
-        sys.setswitchinterval(interval)
-    assert not errors and len(manager._kept) <= 64 + len(threads)
+    in_threads(ask, [1000.0 * i for i in range(8)])
+    assert not errors and len(manager._kept) <= 64 + 8
+
+
+def test_threads_may_add_objects_to_a_manager():
+    manager, box, probe = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    assert box.is_convex
+
+    def add(first):
+        for i in range(first, 400, 8):
+            manager.add_object(i, box, at(10.0 * i))
+
+    in_threads(add, range(8))
+    assert len(manager._manager) == len(manager._objs) == 400
+    assert [i for i in range(400) if manager.in_collision_single(probe, at(10.0 * i), return_names=True) != (True, {i})] == []
 
 
 def test_small_scales_and_shears_are_done_to_the_mesh():

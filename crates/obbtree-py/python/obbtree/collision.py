@@ -7,6 +7,7 @@ distance. All other meshes are surfaces; the distance of two that touch is 0, an
 from __future__ import annotations
 
 import hashlib
+import itertools
 import sys
 from collections.abc import Iterable
 from typing import Any
@@ -90,7 +91,8 @@ class CollisionManager:
         # The objects by the names they have in the engine: numbers as text, whose order is that in which they came.
         self._numbered: dict[str, CollisionObject] = {}
         self._key_of: dict[Any, str] = {}
-        self._count = 0
+        # Taken in one step, so that no two threads have the same number.
+        self._numbers = itertools.count()
         self._manager = Manager()
         self._kept: dict[bytes, Shape] = {}
 
@@ -98,10 +100,9 @@ class CollisionManager:
         """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex; later changes of it do not count."""
         matrix = _matrix(transform)
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
-        key = f"{self._count:020}"
+        key = f"{next(self._numbers):020}"
         self._manager.insert(key, item.collider, _pose(matrix))
         item.pose = self._manager.pose(key)
-        self._count += 1
         # Only now: where the new one cannot be had, the one before stays.
         if name in self._objs:
             self.remove_object(name)
