@@ -3,6 +3,7 @@
 import itertools
 import sys
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -140,6 +141,35 @@ def test_later_changes_of_a_mesh_do_not_count():
             manager.set_transform("box", transform)
             # A solid that holds the probe, where it was.
             assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
+
+
+def test_a_mesh_is_not_taken_for_another_of_the_same_bytes():
+    box, probe = trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    block, shell = (SimpleNamespace(vertices=box.vertices, faces=box.faces, is_convex=is_convex) for is_convex in (True, False))
+    corners, needle = [[0.0, 0, 0], [10, 0, 0], [0, 10, 0]], [[2.0, 2, -1], [2, 2.1, -1], [2, 2, 1]]
+    plate, edges, needle = (
+        SimpleNamespace(vertices=np.array(vertices), faces=np.array(faces, dtype), is_convex=False)
+        for vertices, faces, dtype in (
+            (corners, [[0, 1, 2]], "<i8"),
+            (corners, [[0, 0, 1], [0, 2, 0]], "<i4"),
+            (needle, [[0, 1, 2]], "<i8"),
+        )
+    )
+    assert plate.faces.tobytes() == edges.faces.tobytes()
+    for first, second, asked, hit in (
+        (shell, block, probe, True),
+        (block, shell, probe, False),
+        (edges, plate, needle, True),
+        (plate, edges, needle, False),
+    ):
+        manager = obbtree.CollisionManager()
+        manager.add_object("first", first, at(50))
+        manager.add_object("second", second)
+        assert manager.in_collision_single(asked) is hit
+        assert (manager.min_distance_single(asked) <= 0) is hit
+        # Another transform keeps what it is.
+        manager.set_transform("second", np.diag([1.5, 1.0, 1.0, 1.0]))
+        assert manager.in_collision_single(asked) is hit
 
 
 def in_threads(work, values):

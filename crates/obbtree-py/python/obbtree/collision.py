@@ -28,8 +28,8 @@ RIGID = 1e-6
 
 Vector = NDArray[np.float64]
 Names = tuple[Any, Any]
-# The collider of a mesh, the solid if there is one, and whether the mesh says that it is convex.
-Shape = tuple[Collider, Convex | None, bool]
+# The collider of a mesh, and the solid if there is one.
+Shape = tuple[Collider, Convex | None]
 
 
 class ContactData:
@@ -77,7 +77,8 @@ class CollisionObject:
     def __init__(self, name: Any, mesh: Any, shape: Shape, transform: Vector) -> None:
         self.name = name
         self.vertices, self.faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
-        self.collider, self.convex, self.is_convex = shape
+        self.collider, self.convex = shape
+        self.is_convex = bool(mesh.is_convex)
         self.transform = transform
         # Where the engine has it: its rotation is orthogonal within rounding.
         self.pose = transform
@@ -124,7 +125,7 @@ class CollisionManager:
         if _is_rigid(matrix) and _is_rigid(item.transform):
             self._manager.set_pose(key, matrix)
         else:
-            collider, convex, _ = self._shape(item, matrix)
+            collider, convex = self._shape(item, matrix)
             self._manager.insert(key, collider, _pose(matrix))
             item.collider, item.convex = collider, convex
         item.transform, item.pose = matrix, self._manager.pose(key)
@@ -188,8 +189,11 @@ class CollisionManager:
         """The shape of a mesh or an object. What a transform does beside moving is done to it."""
         linear = None if _is_rigid(matrix) else matrix[:3, :3]
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
+        is_convex = bool(mesh.is_convex)
         parts = (vertices, faces) if linear is None else (vertices, faces, linear)
-        key = hashlib.blake2b(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
+        # The same bytes are another mesh in other shapes or types, and another solid if only one is convex.
+        kind = repr((is_convex, [(part.shape, part.dtype.str) for part in parts])).encode()
+        key = hashlib.blake2b(kind + b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
         kept = self._kept.get(key)
         if kept is not None:
             return kept
@@ -198,7 +202,7 @@ class CollisionManager:
             # A mirrored face turns the other way round.
             faces = faces[:, ::-1] if np.linalg.det(linear) < 0.0 else faces
         shape = Mesh(vertices, faces)
-        convex, is_convex = None, bool(mesh.is_convex)
+        convex = None
         if is_convex:
             try:
                 convex = Convex(shape)
@@ -207,7 +211,7 @@ class CollisionManager:
         # Other threads may do the same: each step is one call into the dictionary, and no lock is left in a forked child.
         for oldest in list(self._kept)[: 1 - KEPT]:
             self._kept.pop(oldest, None)
-        return self._kept.setdefault(key, (Collider(shape), convex, is_convex))
+        return self._kept.setdefault(key, (Collider(shape), convex))
 
     def _of_one(self, mesh: Any, transform: ArrayLike | None) -> CollisionManager:
         """A manager of a mesh that is in none."""
