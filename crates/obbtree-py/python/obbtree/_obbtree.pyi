@@ -62,7 +62,8 @@ class Contacts:
 class Collider:
     """A mesh with the tree that queries need. A mesh wholly inside another does not touch it.
 
-    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's. Raises ValueError when its rotation R has max|RᵀR - I| above 1e-6.
+    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's, with the rotation nearest to its R. Raises ValueError when R has max|RᵀR - I|
+    above 1e-6.
     """
 
     def __new__(cls, mesh: Mesh | _HasMesh) -> Self: ...
