@@ -204,17 +204,20 @@ def test_threads_may_share_a_manager():
     assert not errors and len(manager._kept) <= 64 + 8
 
 
-def test_threads_may_add_objects_to_a_manager():
+def test_threads_may_change_different_objects_of_a_manager():
     manager, box, probe = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
     assert box.is_convex
 
-    def add(first):
-        for i in range(first, 400, 8):
-            manager.add_object(i, box, at(10.0 * i))
+    def change(first):
+        for i in range(first, 300, 8):
+            manager.add_object(-1 - i, box)
+            manager.add_object(i, box)
+            manager.set_transform(i, at(10.0 * i))
+            manager.remove_object(-1 - i)
 
-    in_threads(add, range(8))
-    assert len(manager._manager) == len(manager._objs) == 400
-    assert [i for i in range(400) if manager.in_collision_single(probe, at(10.0 * i), return_names=True) != (True, {i})] == []
+    in_threads(change, range(8))
+    assert len(manager._manager) == len(manager._objs) == 300
+    assert [i for i in range(300) if manager.in_collision_single(probe, at(10.0 * i), return_names=True) != (True, {i})] == []
 
 
 def test_small_scales_and_shears_are_done_to_the_mesh():

@@ -85,7 +85,11 @@ class CollisionObject:
 
 
 class CollisionManager:
-    """Meshes by name, each with a transform. The methods are those of trimesh.collision.CollisionManager."""
+    """Meshes by name, each with a transform. The methods are those of trimesh.collision.CollisionManager.
+
+    Threads may ask at the same time while none changes an object, and change different objects at the same time while none asks. A query asks the engine
+    several times: one that meets a change may raise KeyError, or answer about an object at two places.
+    """
 
     def __init__(self) -> None:
         self._objs: dict[Any, CollisionObject] = {}
