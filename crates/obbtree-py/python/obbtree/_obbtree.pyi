@@ -99,18 +99,20 @@ class Path:
 class Manager:
     """Named colliders with poses in one world, and the pairs of them that are not asked about.
 
-    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError.
-    A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
+    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError,
+    but not where pairs are ignored. A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
     """
 
     def __new__(cls) -> Self: ...
     def insert(self, name: str, collider: Collider, pose: ArrayLike | None = None) -> None:
         """Adds an object, or replaces the one of that name."""
-    def remove(self, name: str) -> Collider: ...
+    def remove(self, name: str) -> Collider:
+        """Takes an object out. Ignored pairs with its name stay ignored, also for a later object of that name."""
     def set_pose(self, name: str, pose: ArrayLike) -> None: ...
     def pose(self, name: str) -> NDArray[np.float64]: ...
     def collider(self, name: str) -> Collider: ...
-    def ignore(self, name: str, other: str) -> None: ...
+    def ignore(self, name: str, other: str) -> None:
+        """Stops asking about a pair, by its names in any order. There need not be such objects yet."""
     def consider(self, name: str, other: str) -> None:
         """Asks about an ignored pair again."""
     def is_ignored(self, name: str, other: str) -> bool: ...
