@@ -14,8 +14,9 @@ fn owned([first, second]: [&str; 2]) -> Names {
     (first.to_owned(), second.to_owned())
 }
 
-/// Named colliders with poses in one world. The lock is held for an instant, by a thread that has the interpreter: no process is forked meanwhile, and
-/// no child waits for a thread that it does not have.
+/// Named colliders with poses in one world, and the pairs of them that are not asked about.
+// The lock is held for an instant, by a thread that has the interpreter: no process is forked meanwhile, and no child waits for a thread that it does not
+// have.
 #[pyclass(frozen, module = "obbtree")]
 #[derive(Default)]
 pub struct Manager(Mutex<Arc<obbtree::Manager>>);

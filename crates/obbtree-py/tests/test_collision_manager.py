@@ -3,6 +3,7 @@
 import itertools
 import sys
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -142,6 +143,47 @@ def test_later_changes_of_a_mesh_do_not_count():
             assert manager.in_collision_single(probe) and not manager.in_collision_single(probe, at(50))
 
 
+def test_a_mesh_is_not_taken_for_another_of_the_same_bytes():
+    box, probe = trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    block, shell = (SimpleNamespace(vertices=box.vertices, faces=box.faces, is_convex=is_convex) for is_convex in (True, False))
+    corners, needle = [[0.0, 0, 0], [10, 0, 0], [0, 10, 0]], [[2.0, 2, -1], [2, 2.1, -1], [2, 2, 1]]
+    plate, edges, needle = (
+        SimpleNamespace(vertices=np.array(vertices), faces=np.array(faces, dtype), is_convex=False)
+        for vertices, faces, dtype in (
+            (corners, [[0, 1, 2]], "<i8"),
+            (corners, [[0, 0, 1], [0, 2, 0]], "<i4"),
+            (needle, [[0, 1, 2]], "<i8"),
+        )
+    )
+    assert plate.faces.tobytes() == edges.faces.tobytes()
+    for first, second, asked, hit in (
+        (shell, block, probe, True),
+        (block, shell, probe, False),
+        (edges, plate, needle, True),
+        (plate, edges, needle, False),
+    ):
+        manager = obbtree.CollisionManager()
+        manager.add_object("first", first, at(50))
+        manager.add_object("second", second)
+        assert manager.in_collision_single(asked) is hit
+        assert (manager.min_distance_single(asked) <= 0) is hit
+        # Another transform keeps what it is.
+        manager.set_transform("second", np.diag([1.5, 1.0, 1.0, 1.0]))
+        assert manager.in_collision_single(asked) is hit
+
+
+def in_threads(work, values):
+    """Calls `work` with each value in a thread of its own; the threads take turns as often as can be."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=work, args=(value,)) for value in values]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+    finally:
+        sys.setswitchinterval(interval)
+
+
 def test_threads_may_share_a_manager():
     manager, errors = obbtree.CollisionManager(), []
     manager.add_object("box", trimesh.creation.box())
@@ -158,15 +200,24 @@ def test_threads_may_share_a_manager():
         except BaseException as error:
             errors.append(error)
 
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    try:
-        threads = [threading.Thread(target=ask, args=(1000.0 * i,)) for i in range(8)]
-        [thread.start() for thread in threads]
-        [thread.join() for thread in threads]
-    finally:
-        sys.setswitchinterval(interval)
-    assert not errors and len(manager._kept) <= 64 + len(threads)
+    in_threads(ask, [1000.0 * i for i in range(8)])
+    assert not errors and len(manager._kept) <= 64 + 8
+
+
+def test_threads_may_change_different_objects_of_a_manager():
+    manager, box, probe = obbtree.CollisionManager(), trimesh.creation.box(), trimesh.creation.box(extents=[0.1, 0.1, 0.1])
+    assert box.is_convex
+
+    def change(first):
+        for i in range(first, 300, 8):
+            manager.add_object(-1 - i, box)
+            manager.add_object(i, box)
+            manager.set_transform(i, at(10.0 * i))
+            manager.remove_object(-1 - i)
+
+    in_threads(change, range(8))
+    assert len(manager._manager) == len(manager._objs) == 300
+    assert [i for i in range(300) if manager.in_collision_single(probe, at(10.0 * i), return_names=True) != (True, {i})] == []
 
 
 def test_small_scales_and_shears_are_done_to_the_mesh():

@@ -104,6 +104,26 @@ def test_a_contact_that_is_told_as_clear_is_within_the_grid():
         assert one.distance_below(other, None, 2.0**-28 * np.abs(face).max()) is not None
 
 
+def test_a_contact_at_a_matrix_that_is_not_quite_a_rotation_is_not_called_clear():
+    single = turned(np.random.default_rng(6), 0.0)[:3, :3].astype(np.float32).astype(float)
+    six_digits = np.array([[0.707107, -0.707107, 0], [0.707107, 0.707107, 0], [0, 0, 1]])
+    told_as_clear = 0
+    for matrix in (single, six_digits, np.eye(3) * (1 + 4.9e-7), np.eye(3) + 4.9e-7 * np.ones((3, 3))):
+        for tip in 1000.0 * np.array([[1, 0, 0], [0.6, -0.8, 0], [1, 1, 1] / np.sqrt(3), [-0.48, 0.6, 0.64]]):
+            # A face across the way to the tip, 1e-5 before where the matrix moves the tip.
+            there = matrix @ tip
+            out, aside = there / np.linalg.norm(there), np.linalg.svd(there[None])[2][1:]
+            face = there - 1e-5 * out + np.array([[0, 1], [1, -1], [-1, -1]]) @ aside
+            a, b = (obbtree.Collider(obbtree.Mesh(corners, [[0, 1, 2]])) for corners in (face, [tip, 0.99 * tip, 0.99 * tip]))
+            pose, grid = np.eye(4), 2.0**-28 * max(np.abs(face).max(), np.abs(tip).max())
+            pose[:3, :3] = matrix
+            told_as_clear += a.distance_below(b, pose, grid) is None
+            off = np.abs(matrix.T @ matrix - np.eye(3)).max()
+            assert a.distance_below(b, pose, grid + 2 * off * 1000) is not None, (matrix, tip)
+    # What the grid allows for is not enough.
+    assert told_as_clear > 8
+
+
 def test_contacts_are_the_pairs_of_faces_that_touch():
     a, b = obbtree.Collider(sphere(2, 12)), obbtree.Collider(sphere(1, 9))
     pose = at(2.5, 0.25, 0)

@@ -90,6 +90,16 @@ def test_objects_come_and_go():
     assert not manager.collides()
     manager.consider("a", "b")
     assert manager.collides()
+    # Pairs are ignored by their names, before there are such objects and after.
+    manager.ignore("c", "a")
+    assert manager.is_ignored("a", "c") and "c" not in manager
+    for _ in range(2):
+        manager.insert("c", cube)
+        assert manager.colliding_pairs() == [("a", "b"), ("b", "c")]
+        manager.remove("c")
+    manager.consider("a", "c")
+    manager.consider("nobody", "c")
+    assert not manager.is_ignored("a", "c")
     manager.remove("b")
     for call in (manager.remove, manager.pose, manager.collider, manager.nearest_to):
         with pytest.raises(KeyError, match="b"):
@@ -100,3 +110,4 @@ def test_objects_come_and_go():
         manager.collides_each(["b"], np.zeros((0, 1, 4, 4)))
     with pytest.raises(ValueError, match="not finite"):
         manager.set_pose("a", at(np.nan))
+    assert "pairs" in obbtree.Manager.__doc__ and "lock" not in obbtree.Manager.__doc__

@@ -134,7 +134,7 @@ impl Manager {
         Ok(())
     }
 
-    /// Takes an object out. Which pairs with its name are ignored stays as it is.
+    /// Takes an object out. Ignored pairs with its name stay ignored, also for a later object of that name.
     ///
     /// # Errors
     /// [`ManagerError::NoSuchObject`].

@@ -4,8 +4,7 @@ use crate::engine::geometry::rigid;
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 use std::fmt;
 
-/// How far from orthogonal the rotation of a 4 × 4 matrix may be, as max|RᵀR - I|. Rounding to single precision leaves about 10⁻⁷, and a scale or a shear
-/// moves a mesh by no more than this part of its size.
+/// How far from orthogonal the rotation of a 4 × 4 matrix may be, as max|RᵀR - I|. Rounding to single precision leaves about 10⁻⁷.
 const ORTHOGONAL: f64 = 1e-6;
 
 /// Why a pose cannot be used.
@@ -56,9 +55,9 @@ pub(crate) fn checked(pose: &Isometry3<f64>) -> Result<Isometry3<f64>, PoseError
 
 /// The pose of a 4 × 4 matrix, row by row, which takes column vectors of one frame to another.
 ///
-/// The rotation R may be off by what single precision rounds: no entry of RᵀR - I is above 10⁻⁶, so that a scale within 5·10⁻⁷ of 1 and a shear
-/// below 10⁻⁶ are not seen. The quaternion is read off the entries and scaled to length 1; it is not that of the
-/// nearest rotation, and may differ from it by as much as R is off.
+/// The rotation R may be off by what single precision rounds: e = max|RᵀR - I| is at most 10⁻⁶. The pose has the rotation nearest to R, so that a scale
+/// within 5·10⁻⁷ of 1 and a shear below 10⁻⁶ are not seen. It moves a point to within 2e times the point's distance from the origin of where the matrix
+/// moves it: to be sure that meshes are apart, add 2e times the largest such distance to the limit of [`distance_below`](crate::Collider::distance_below).
 ///
 /// ```
 /// let lifted = obbtree::pose_from_matrix([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 5.0], [0.0, 0.0, 0.0, 1.0]])?;
@@ -73,11 +72,15 @@ pub fn pose_from_matrix(rows: [[f64; 4]; 4]) -> Result<Isometry3<f64>, PoseError
         return Err(PoseError::NotFinite);
     }
     let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
-    let is_rotation = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax() <= ORTHOGONAL && matrix.determinant() > 0.0;
+    let defect = matrix.tr_mul(&matrix) - Matrix3::identity();
+    let is_rotation = defect.amax() <= ORTHOGONAL && matrix.determinant() > 0.0;
     if !is_rotation || rows[3] != [0.0, 0.0, 0.0, 1.0] {
         return Err(PoseError::NotRigid);
     }
-    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+    // Singular values are within d = 1.5 e of 1, since |RᵀR - I| is at most 3 e as a norm, and R is that far from the nearest rotation. One step of
+    // Newton's leaves 1.5 d² of it, some 10⁻⁵ of e. Together they are below 2 e.
+    let nearest = matrix - matrix * defect * 0.5;
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(nearest));
     let translation = Translation3::new(rows[0][3], rows[1][3], rows[2][3]);
     Ok(Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn.into_inner())))
 }
@@ -85,7 +88,11 @@ pub fn pose_from_matrix(rows: [[f64; 4]; 4]) -> Result<Isometry3<f64>, PoseError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{Quaternion, Vector3};
+    use nalgebra::{Matrix4, Quaternion, Vector3};
+
+    fn rows_of(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
+        [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| matrix[(i, j)]))
+    }
 
     #[test]
     fn a_matrix_and_its_pose_move_points_alike() {
@@ -93,11 +100,33 @@ mod tests {
             let turn = Vector3::new(0.03, -0.02, 0.01) * f64::from(i);
             let pose = Isometry3::new(Vector3::new(1.0, -2.0, 3.0), turn);
             let matrix = pose.to_homogeneous();
-            let rows = [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| matrix[(i, j)]));
+            let rows = rows_of(&matrix);
             let found = pose_from_matrix(rows).unwrap();
             assert!((found.to_homogeneous() - matrix).amax() < 1e-14, "{i}");
             let single = rows.map(|row| row.map(|x| f64::from(x as f32)));
             assert!((pose_from_matrix(single).unwrap().to_homogeneous() - matrix).amax() < 1e-6, "{i}");
+        }
+    }
+
+    #[test]
+    fn the_rotation_is_the_nearest_to_the_matrix() {
+        // A rotation times I + S, where S is symmetric and small, has that rotation as its nearest.
+        let (s, corner): (f64, Vector3<f64>) = (4.9e-7, Vector3::repeat(1.0));
+        let stretches = [
+            Matrix3::new(s, 0.0, 0.0, 0.0, s, 0.0, 0.0, 0.0, s),
+            Matrix3::new(s, 0.0, 0.0, 0.0, -s, 0.0, 0.0, 0.0, 0.0),
+            Matrix3::new(0.0, s, 0.0, s, 0.0, 0.0, 0.0, 0.0, -s),
+            Matrix3::new(s, s, s, s, s, s, s, s, s),
+        ];
+        for (i, stretch) in (0..200).map(|i| (i, stretches[i % 4])) {
+            let turn = Rotation3::new(Vector3::new(0.03, -0.05, 0.02) * i as f64).into_inner();
+            let matrix: Matrix3<f64> = turn + turn * stretch;
+            let found = pose_from_matrix(rows_of(&matrix.to_homogeneous())).unwrap();
+            let found = found.rotation.to_rotation_matrix().into_inner();
+            assert!((found - turn).amax() < 2e-11, "{i}");
+            let off = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax();
+            let part = ((found - matrix) * corner).norm() / corner.norm() / off;
+            assert!(part < 2.0 && (i % 4 != 3 || part > 1.49), "{i}: {part}");
         }
     }
 

@@ -7,7 +7,8 @@ interpreter's lock.
 
 Verdicts are exact for the vertices as the engine holds them: rounded to 2**-30 of the larger mesh's largest coordinate or finer, before and after they are
 moved. Meshes that touch, or miss each other, by less than that may be told the other way round. To be sure that they are apart, ask `distance_below` with
-2**-28 of that coordinate as the limit.
+2**-28 of that coordinate as the limit. The engine takes the rotation nearest to a pose's R: where R is not orthogonal within double precision (six digits,
+float32), add 2 max|RᵀR - I| times the distance of the other mesh's farthest vertex from its origin to the limit.
 """
 
 from ._obbtree import Collider, Contacts, Convex, Manager, Mesh, Nearest, Path, Penetration

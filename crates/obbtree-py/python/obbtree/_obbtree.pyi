@@ -62,7 +62,8 @@ class Contacts:
 class Collider:
     """A mesh with the tree that queries need. A mesh wholly inside another does not touch it.
 
-    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's. Raises ValueError when its rotation R has max|RᵀR - I| above 1e-6.
+    A pose, of shape (4, 4), takes the other mesh's coordinates to this one's, with the rotation nearest to its R. Raises ValueError when R has max|RᵀR - I|
+    above 1e-6.
     """
 
     def __new__(cls, mesh: Mesh | _HasMesh) -> Self: ...
@@ -98,18 +99,20 @@ class Path:
 class Manager:
     """Named colliders with poses in one world, and the pairs of them that are not asked about.
 
-    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError.
-    A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
+    A pose takes coordinates of the object to those of the world; what is no rigid motion is refused as by Collider. Names that are not there raise KeyError,
+    but not where pairs are ignored. A query answers about the objects as they are when it is asked; changes by other threads do not wait for it.
     """
 
     def __new__(cls) -> Self: ...
     def insert(self, name: str, collider: Collider, pose: ArrayLike | None = None) -> None:
         """Adds an object, or replaces the one of that name."""
-    def remove(self, name: str) -> Collider: ...
+    def remove(self, name: str) -> Collider:
+        """Takes an object out. Ignored pairs with its name stay ignored, also for a later object of that name."""
     def set_pose(self, name: str, pose: ArrayLike) -> None: ...
     def pose(self, name: str) -> NDArray[np.float64]: ...
     def collider(self, name: str) -> Collider: ...
-    def ignore(self, name: str, other: str) -> None: ...
+    def ignore(self, name: str, other: str) -> None:
+        """Stops asking about a pair, by its names in any order. There need not be such objects yet."""
     def consider(self, name: str, other: str) -> None:
         """Asks about an ignored pair again."""
     def is_ignored(self, name: str, other: str) -> bool: ...

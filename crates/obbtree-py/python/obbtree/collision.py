@@ -7,6 +7,7 @@ distance. All other meshes are surfaces; the distance of two that touch is 0, an
 from __future__ import annotations
 
 import hashlib
+import itertools
 import sys
 from collections.abc import Iterable
 from typing import Any
@@ -27,8 +28,8 @@ RIGID = 1e-6
 
 Vector = NDArray[np.float64]
 Names = tuple[Any, Any]
-# The collider of a mesh, the solid if there is one, and whether the mesh says that it is convex.
-Shape = tuple[Collider, Convex | None, bool]
+# The collider of a mesh, and the solid if there is one.
+Shape = tuple[Collider, Convex | None]
 
 
 class ContactData:
@@ -76,21 +77,27 @@ class CollisionObject:
     def __init__(self, name: Any, mesh: Any, shape: Shape, transform: Vector) -> None:
         self.name = name
         self.vertices, self.faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces)
-        self.collider, self.convex, self.is_convex = shape
+        self.collider, self.convex = shape
+        self.is_convex = bool(mesh.is_convex)
         self.transform = transform
         # Where the engine has it: its rotation is orthogonal within rounding.
         self.pose = transform
 
 
 class CollisionManager:
-    """Meshes by name, each with a transform. The methods are those of trimesh.collision.CollisionManager."""
+    """Meshes by name, each with a transform. The methods are those of trimesh.collision.CollisionManager.
+
+    Threads may ask at the same time while none changes an object, and change different objects at the same time while none asks. A query asks the engine
+    several times: one that meets a change may raise KeyError, or answer about an object at two places.
+    """
 
     def __init__(self) -> None:
         self._objs: dict[Any, CollisionObject] = {}
         # The objects by the names they have in the engine: numbers as text, whose order is that in which they came.
         self._numbered: dict[str, CollisionObject] = {}
         self._key_of: dict[Any, str] = {}
-        self._count = 0
+        # Taken in one step, so that no two threads have the same number.
+        self._numbers = itertools.count()
         self._manager = Manager()
         self._kept: dict[bytes, Shape] = {}
 
@@ -98,10 +105,9 @@ class CollisionManager:
         """Adds an object, or replaces the one of that name. `mesh` has vertices, faces and is_convex; later changes of it do not count."""
         matrix = _matrix(transform)
         item = CollisionObject(name, mesh, self._shape(mesh, matrix), matrix)
-        key = f"{self._count:020}"
+        key = f"{next(self._numbers):020}"
         self._manager.insert(key, item.collider, _pose(matrix))
         item.pose = self._manager.pose(key)
-        self._count += 1
         # Only now: where the new one cannot be had, the one before stays.
         if name in self._objs:
             self.remove_object(name)
@@ -123,7 +129,7 @@ class CollisionManager:
         if _is_rigid(matrix) and _is_rigid(item.transform):
             self._manager.set_pose(key, matrix)
         else:
-            collider, convex, _ = self._shape(item, matrix)
+            collider, convex = self._shape(item, matrix)
             self._manager.insert(key, collider, _pose(matrix))
             item.collider, item.convex = collider, convex
         item.transform, item.pose = matrix, self._manager.pose(key)
@@ -187,8 +193,11 @@ class CollisionManager:
         """The shape of a mesh or an object. What a transform does beside moving is done to it."""
         linear = None if _is_rigid(matrix) else matrix[:3, :3]
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
+        is_convex = bool(mesh.is_convex)
         parts = (vertices, faces) if linear is None else (vertices, faces, linear)
-        key = hashlib.blake2b(b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
+        # The same bytes are another mesh in other shapes or types, and another solid if only one is convex.
+        kind = repr((is_convex, [(part.shape, part.dtype.str) for part in parts])).encode()
+        key = hashlib.blake2b(kind + b"".join(np.ascontiguousarray(part).tobytes() for part in parts)).digest()
         kept = self._kept.get(key)
         if kept is not None:
             return kept
@@ -197,7 +206,7 @@ class CollisionManager:
             # A mirrored face turns the other way round.
             faces = faces[:, ::-1] if np.linalg.det(linear) < 0.0 else faces
         shape = Mesh(vertices, faces)
-        convex, is_convex = None, bool(mesh.is_convex)
+        convex = None
         if is_convex:
             try:
                 convex = Convex(shape)
@@ -206,7 +215,7 @@ class CollisionManager:
         # Other threads may do the same: each step is one call into the dictionary, and no lock is left in a forked child.
         for oldest in list(self._kept)[: 1 - KEPT]:
             self._kept.pop(oldest, None)
-        return self._kept.setdefault(key, (Collider(shape), convex, is_convex))
+        return self._kept.setdefault(key, (Collider(shape), convex))
 
     def _of_one(self, mesh: Any, transform: ArrayLike | None) -> CollisionManager:
         """A manager of a mesh that is in none."""
