@@ -743,6 +743,39 @@ fn good_programs_are_clear() {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
+/// A workpiece of the lathe with a bore of 44 mm, 50 mm deep, and one of 20 mm in its bottom, 10 mm deep: 14 % of its volume.
+const TUBE: &str = "{ kind = \"revolve\", profile_mm = [[0, 0], [30, 0], [30, 200], [22, 200], [22, 150], [10, 150], [10, 140], [0, 140]] }";
+
+/// A lathe without a joint for its spindle, and with two jaws beside the plane in which its tools move: bars and tubes are cut, and turn the jaws.
+#[test]
+fn a_workpiece_with_a_bore_is_cut_and_turns_its_chuck() {
+    let joint = "[[machine.links]]\nname = \"spindle\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n";
+    let jaws = "size_mm = [50, 30, 40] }\nat = { xyz_mm = [56, 0, 20] }\nrepeat = { kind = \"around\", count = 3 }";
+    let two = "size_mm = [30, 50, 40] }\nat = { xyz_mm = [0, 56, 20] }\nrepeat = { kind = \"around\", count = 2 }";
+    let bar = "{ kind = \"cylinder\", radius_mm = 30, height_mm = 200 }";
+    let text = [(joint, ""), ("link = \"spindle\"\n", ""), (jaws, two)]
+        .into_iter()
+        .fold(changed("lathe", None), |text, (from, to)| text.replace(from, to));
+    let turned = "G7 M3 S800 G0 X64 Z5\nG0 X58\nG1 Z-50 F200\nG0 X60\nG0 Z5\nG0 X200\nG0 Z-170\n";
+    let jaws_met = vec![(8, UNRESOLVED, "chuck:insert"), (8, UNRESOLVED, "chuck:tool-shank")];
+    let into_jaws = format!("{turned}G0 X70\nG0 X200\nM2");
+    // The drill, 16 mm, into the bore at rapid rate: 1 mm from its walls and bottom, and 1 mm in each.
+    let bore = |x: &str, z: &str| format!("G7 T2 M6 G43 H2 M3 S800\nG0 X{x} Z10\nG0 Z{z}\nG0 Z10\nM2");
+    for (shape, program, planted) in [
+        (bar, into_jaws.clone(), jaws_met.clone()),
+        (TUBE, into_jaws, jaws_met),
+        (bar, bore("0", "-30"), vec![(3, RAPID, "bar:drill")]),
+        (TUBE, bore("0", "-59"), vec![]),
+        (TUBE, bore("0", "-61"), vec![(3, RAPID, "bar:drill")]),
+        (TUBE, bore("26", "-30"), vec![]),
+        (TUBE, bore("30", "-30"), vec![(3, RAPID, "bar:drill")]),
+        (TUBE, bore("6", "-59"), vec![(3, RAPID, "bar:drill")]),
+    ] {
+        let found = told(&load("lathe", &text.replacen(bar, shape, 1), &program));
+        assert_eq!(found, wanted(&planted), "{shape}\n{program}");
+    }
+}
+
 /// Where nothing may be cut, the cutter of a good program collides with the workpiece: so it does cut, and is clear by no accident.
 #[test]
 fn good_programs_cut() {

@@ -292,6 +292,11 @@ const fn is_of_tool(part: &Part) -> bool {
     matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
 }
 
+/// Whether a mesh is round about the axis of its body of revolution, or nearly fills that body.
+fn is_about(mesh: &Mesh, body: &Revolved) -> bool {
+    body.filled >= ROUND || slabs(mesh, &body.tool_from_mesh).is_none()
+}
+
 /// What turns a part of a mill. Parts of the tool turn, about the spindle's axis where they are fixed to the spindle.
 fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
@@ -302,7 +307,7 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
             upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
         });
     match (part.turns, spindle) {
-        (None, None) if !is_of_tool(part) || Revolved::around(&part.mesh).filled >= ROUND => None,
+        (None, None) if !is_of_tool(part) || is_about(&part.mesh, &Revolved::around(&part.mesh)) => None,
         (_, None) => Some(TurnedBy::new(body(part.link), About::Unknown)),
         (turns, Some(axis)) => {
             let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
@@ -322,10 +327,9 @@ fn driven(scene: &Scene, number: usize) -> TurnedBy {
     let round_axis = |other: usize| {
         let Part { ref mesh, link, link_from_part, .. } = scene.parts[other];
         let own = Revolved::around(mesh);
-        let is_round = own.filled >= ROUND || slabs(mesh, &own.tool_from_mesh).is_none();
         let link_from_part_link = zero.world_from(link).inv_mul(&zero.world_from(part.link));
         let other_from_part = link_from_part.inverse() * link_from_part_link * part.link_from_part;
-        is_round.then_some(own.tool_from_mesh * other_from_part)
+        is_about(mesh, &own).then(|| own.tool_from_mesh * other_from_part)
     };
     let axis = parts.into_iter().find_map(round_axis).or_else(|| fluted_axis(&part.mesh));
     TurnedBy::new(scene.machine.rigid_body(part.link), axis.map_or(About::Unknown, About::Axis))

@@ -336,6 +336,25 @@ fn the_axis_of_what_turns_is_found_wherever_it_lies() {
     let lying = r#"{ kind = "compound", parts = [{ shape = { kind = "cylinder", radius_mm = 20, height_mm = 30 }, at = { xyz_mm = [0, 7, 0], rpy_deg = [0, 90, 0] } }] }"#;
     let axis = own(lying).unwrap();
     assert!(is_at(&axis, [0.0, 7.0, 0.0], -15.0) && is_at(&axis, [30.0, 7.0, 0.0], 15.0));
+    // A bore takes nothing from what is round, nor does a slot as wide as 10 degrees; half a tube is not round.
+    let cylinder = "{ kind = \"cylinder\", radius_mm = 20, height_mm = 20 }";
+    let is_round = |shape: &str| {
+        let text = LATHE.replacen("link = \"chuck\"\n", "", 1).replacen(cylinder, shape, 1);
+        axis_of(&text).is_some_and(|axis| is_at(&axis, [0.0; 3], 0.0))
+    };
+    let slotted = |slot_deg: f64| {
+        let arc = |radius_mm: f64, k: u32| {
+            let degrees = 0.5 * slot_deg + (360.0 - slot_deg) * f64::from(k) / 90.0;
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            format!("[{:.6}, {:.6}]", radius_mm * cos, radius_mm * sin)
+        };
+        let corners: Vec<String> = (0..=90).map(|k| arc(20.0, k)).chain((0..=90).rev().map(|k| arc(12.0, k))).collect();
+        format!("{{ kind = \"extrude\", height_mm = 60, outline_mm = [{}] }}", corners.join(", "))
+    };
+    let tube = "{ kind = \"revolve\", profile_mm = [[12, 0], [20, 0], [20, 60], [12, 60]] }";
+    for (shape, expected) in [(tube, true), (slotted(10.0).as_str(), true), (slotted(180.0).as_str(), false)] {
+        assert_eq!(is_round(shape), expected, "{shape}");
+    }
     // What is not round, and the workpiece of a mill, have none.
     assert!(own("{ kind = \"rounded-box\", size_mm = [40, 40, 20] }").is_none());
     assert!(axis_of(&LATHE.replacen("controller = \"lathe\"\n", "", 1)).is_none());
@@ -387,6 +406,9 @@ fn only_under_standing_tools_and_where_no_solid_is_wanted_the_stock_is_a_half_se
     let standing = "at = { xyz_mm = [5, 4, 130] }\nshape = { kind = \"rounded-box\", size_mm = [4, 2, 4] }";
     let driven = "at = { xyz_mm = [5, 4, 130], rpy_deg = [0, 90, 0] }\nshape = { kind = \"cylinder\", radius_mm = 3, height_mm = 10 }";
     let driven = LATHE.replacen(standing, driven, 1);
+    let cylinder = "{ kind = \"cylinder\", radius_mm = 20, height_mm = 20 }";
+    let tube = "{ kind = \"revolve\", profile_mm = [[12, 0], [20, 0], [20, 20], [12, 20]] }";
+    assert_eq!(stock_of(&LATHE.replacen(cylinder, tube, 1), Cutting::Standard, false), (0.1, true));
     for (cutting, is_solid, stands, turns) in [
         (Cutting::Standard, false, (0.1, true), (0.5, false)),
         (Cutting::Standard, true, (0.1, false), (0.1, false)),

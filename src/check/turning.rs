@@ -238,7 +238,8 @@ impl WorkAxis {
                 let round = Revolved::around(mesh);
                 let base_from_body = link_from_part * round.tool_from_mesh.inverse();
                 let (point, direction) = (base_from_body * Point::origin(), base_from_body * Vector::z());
-                (round.filled >= ROUND).then_some((link, link_from_part, point, direction))?
+                let is_round = round.filled >= ROUND || Body::stock(mesh).axis().is_some();
+                is_round.then_some((link, link_from_part, point, direction))?
             }
         };
         // X leads from the axis to the tool, as the machine's axis X does.

@@ -50,10 +50,7 @@ impl Revolved {
             .map(|p| P2::new(p.x.hypot(p.y).max(SAME_HEIGHT_MM), p.z))
             .collect();
         let outline = outline(&places, mesh.faces());
-        let slice = |pair: &[P2]| {
-            let (r, s) = (pair[0].x, pair[1].x);
-            PI / 3.0 * (pair[1].y - pair[0].y) * (r * r + r * s + s * s)
-        };
+        let slice = |pair: &[P2]| frustum_mm3([pair[0].x, pair[1].x], pair[1].y - pair[0].y);
         let volume_mm3 = outline.windows(2).map(slice).sum::<f64>();
         let volume = mesh.signed_volume();
         // A mirrored part faces inwards, and fills as much.
@@ -71,6 +68,11 @@ impl Revolved {
             (is_round, _) => is_round,
         }
     }
+}
+
+/// Volume of a frustum with these radii at its ends, mm³.
+pub(crate) fn frustum_mm3([r, s]: [f64; 2], height: f64) -> f64 {
+    PI / 3.0 * height * (r * r + r * s + s * s)
 }
 
 /// The motion that brings the axis of a mesh to +z.

@@ -32,7 +32,7 @@ impl Blank {
     /// # Errors
     /// [`StockError::NotRound`] when the mesh is not round about z of the axis's frame.
     pub fn turned(mesh: &Arc<Mesh>, axis_from_stock: Isometry) -> Result<Self, StockError> {
-        let round = Round::new(mesh, 0.0);
+        let round = Round::stock(mesh);
         let body_from_axis = round.body_from_part * axis_from_stock.inverse();
         let direction = body_from_axis * Vector::z();
         let origin = body_from_axis * Point::origin();

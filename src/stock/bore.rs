@@ -10,6 +10,9 @@ use super::round::SAME_HEIGHT_MM;
 use crate::geometry::{Point, Vector};
 use crate::interference::revolved::{clipped, nearest_to_axis};
 
+/// Distance from the wall of a hollow up to which it is known, mm: a fifth of the standard resolution.
+const KNOWN_MM: f64 = 0.02;
+
 /// The hollow between two heights: radii at both, mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoreSlab {
@@ -17,7 +20,7 @@ pub(super) struct BoreSlab {
     /// Nothing of the surface is nearer to the axis.
     pub empty: [f64; 2],
     /// From here on outwards the body is there for sure; `None` where nobody knows.
-    filled: Option<[f64; 2]>,
+    pub filled: Option<[f64; 2]>,
 }
 
 /// The hollow of a piece of a body of revolution.
@@ -79,7 +82,9 @@ fn plane_distance([a, b, c]: &[Point; 3], z: [f64; 2]) -> [f64; 2] {
     let across = normal.x.hypot(normal.y);
     let offset = normal.dot(&a.coords);
     let signed = z.map(|z| (offset - normal.z * z) / across);
-    if signed[0] * signed[1] > 0.0 { signed.map(f64::abs) } else { [0.0; 2] }
+    let [below, above] = if signed[0] + signed[1] < 0.0 { signed.map(|s| -s) } else { signed };
+    // The tip of a cone on the axis may be rounded to the other side.
+    if below.min(above) > -SAME_HEIGHT_MM { [below.max(0.0), above.max(0.0)] } else { [0.0; 2] }
 }
 
 /// The distances from the axis at two heights of an edge that spans them, mm.
@@ -117,6 +122,16 @@ impl Bore {
             filled_together,
             middle_mm: f64::midpoint(most, least),
         })
+    }
+
+    /// Whether the hollow of slabs that lie one upon another is known to within [`KNOWN_MM`]: a step between two radii is not.
+    pub fn is_known(slabs: &[BoreSlab]) -> bool {
+        let is_at_wall = |bore: &Self, slab: &BoreSlab, k: usize| {
+            let wall = Vector::new(slab.empty[k], 0.0, slab.z[k]);
+            bore.hollow(&wall, &wall) >= -KNOWN_MM
+        };
+        Self::of(slabs, &[])
+            .is_none_or(|bore| slabs.iter().all(|slab| is_at_wall(&bore, slab, 0) && is_at_wall(&bore, slab, 1)))
     }
 
     /// How far a point is in the hollow at least, wherever it is on the way from `p` to `q`, mm; negative where it may be outside.

@@ -10,7 +10,7 @@
 use super::bore::{Bore, BoreSlab, upper_envelope};
 use super::convex::{Convex, Cube, HalfPlane, Least, Lowest, rho};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
-use crate::interference::revolved::nearest_to_axis;
+use crate::interference::revolved::{frustum_mm3, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
 use crate::truth::Solid;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ pub(super) struct Round {
     pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
-    /// Part of the body that the mesh fills, 0 to 1.
+    /// Part of the body that the mesh fills, 0 to 1; only of a workpiece does the body have bores.
     pub filled: f64,
     /// Largest radius, and lowest and highest z, mm.
     pub radius_mm: f64,
@@ -53,6 +53,17 @@ pub(super) struct Piece {
     span: [f64; 2],
 }
 
+/// What a mesh is taken for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// A part that turns.
+    Turning,
+    /// A part that does not turn.
+    Standing,
+    /// A workpiece that turns.
+    Stock,
+}
+
 /// A disc or a ring of the profile between two heights: radii at both from outside and from inside, mm.
 #[derive(Clone, Copy, Debug)]
 struct Slab {
@@ -68,35 +79,46 @@ struct Slab {
 impl Round {
     /// The body around a mesh that turns about its own axis. Grooves of the outline that are at most `groove_mm` wide, along the axis, are filled.
     pub fn new(mesh: &Arc<Mesh>, groove_mm: f64) -> Self {
-        Self::of(mesh, Revolved::around(mesh), groove_mm, false)
+        Self::of(mesh, Revolved::around(mesh), groove_mm, Purpose::Turning)
     }
 
     /// The body around a mesh that turns about z of the frame to which `body_from_part` leads.
     pub fn about(mesh: &Arc<Mesh>, body_from_part: Isometry, groove_mm: f64) -> Self {
-        Self::of(mesh, Revolved::about(mesh, body_from_part), groove_mm, false)
+        Self::of(mesh, Revolved::about(mesh, body_from_part), groove_mm, Purpose::Turning)
     }
 
     /// The body around a mesh that does not turn; `None` where the mesh is not round.
     pub fn standing(mesh: &Arc<Mesh>) -> Option<Self> {
         let revolved = Revolved::around(mesh);
-        (revolved.filled >= ROUND).then(|| Self::of(mesh, revolved, 0.0, true))
+        (revolved.filled >= ROUND).then(|| Self::of(mesh, revolved, 0.0, Purpose::Standing))
     }
 
-    fn of(mesh: &Arc<Mesh>, revolved: Revolved, groove_mm: f64, stands: bool) -> Self {
-        let Revolved { tool_from_mesh, filled, profile, .. } = revolved;
+    /// The body around a workpiece that turns about its own axis. Its bore is known with all steps.
+    pub fn stock(mesh: &Arc<Mesh>) -> Self {
+        Self::of(mesh, Revolved::around(mesh), 0.0, Purpose::Stock)
+    }
+
+    fn of(mesh: &Arc<Mesh>, revolved: Revolved, groove_mm: f64, purpose: Purpose) -> Self {
+        let Revolved { tool_from_mesh, filled, profile, volume_mm3 } = revolved;
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| tool_from_mesh * vertex).collect();
         if !mesh.edge_report().is_watertight() {
             return Self::around_open(&places, tool_from_mesh);
         }
         let shells =
-            shells(mesh).into_iter().map(|shell| Shell::new(&shell, &tool_from_mesh, groove_mm, stands)).collect();
-        let pieces: Vec<Piece> = uncovered(shells).into_iter().flat_map(|shell| shell.pieces).collect();
+            shells(mesh).into_iter().map(|shell| Shell::new(&shell, &tool_from_mesh, groove_mm, purpose)).collect();
+        let shells = uncovered(shells);
+        let swept_mm3: f64 = shells.iter().map(|shell| shell.swept_mm3).sum();
+        let pieces: Vec<Piece> = shells.into_iter().flat_map(|shell| shell.pieces).collect();
         let known = pieces.iter().map(|piece| piece.slack_mm).filter(|slack| slack.is_finite());
         Self {
             slack_mm: known.fold(0.0, f64::max),
             pieces,
             body_from_part: tool_from_mesh,
-            filled,
+            // A workpiece is as round with a bore as without.
+            filled: match purpose {
+                Purpose::Stock => (filled * volume_mm3 / swept_mm3).max(filled).min(1.0),
+                Purpose::Turning | Purpose::Standing => filled,
+            },
             radius_mm: profile.radius_mm(),
             span_mm: profile.span_mm(),
         }
@@ -299,22 +321,27 @@ struct Shell {
     /// The outermost disc or ring at each height.
     slabs: Vec<Slab>,
     pieces: Vec<Piece>,
+    /// Volume of what it sweeps, mm³.
+    swept_mm3: f64,
 }
 
 impl Shell {
-    fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64, stands: bool) -> Self {
+    fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64, purpose: Purpose) -> Self {
         let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
         let solid = Solid::new(Arc::clone(mesh));
         let part_from_body = body_from_part.inverse();
         let holds = |p: &Point| solid.holds(&(part_from_body * p));
+        let stands = purpose == Purpose::Standing;
         let upright = Upright { places: &places, faces: mesh.faces(), holds: &holds, stands };
         let rings: Vec<Vec<Slab>> = slabs(&places, mesh.faces()).iter().map(|slab| upright.rings(slab)).collect();
         let stack = |rank: usize| -> Vec<Slab> { rings.iter().map(|all| all[rank.min(all.len() - 1)]).collect() };
         let mut slabs = stack(0);
         fill_grooves(&mut slabs, groove_mm);
         let most = rings.iter().map(Vec::len).max().unwrap_or(0);
-        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank));
-        Self { pieces: pieces(&slabs, 0).into_iter().chain(within).collect(), slabs }
+        let is_stock = purpose == Purpose::Stock;
+        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank, is_stock));
+        let pieces = pieces(&slabs, 0, is_stock).into_iter().chain(within).collect();
+        Self { pieces, slabs, swept_mm3: rings.iter().flatten().map(Slab::swept_mm3).sum() }
     }
 
     /// Whether all that it sweeps is in what `other` sweeps for sure.
@@ -486,6 +513,13 @@ impl Slab {
         })
     }
 
+    /// Volume of what it sweeps, mm³.
+    fn swept_mm3(&self) -> f64 {
+        let height = self.z[1] - self.z[0];
+        let hollow = self.bore.and_then(|bore| bore.filled).map_or(0.0, |radii| frustum_mm3(radii, height));
+        frustum_mm3(self.outer, height) - hollow
+    }
+
     fn slope(&self) -> f64 {
         (self.outer[1] - self.outer[0]) / (self.z[1] - self.z[0])
     }
@@ -590,20 +624,26 @@ fn fill_grooves(slabs: &mut [Slab], width_mm: f64) {
 }
 
 /// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them. Runs without a slab of
-/// this rank are left out.
-fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
+/// this rank are left out. Rings of the stock end where their bore has a step; in those of a cutter that would leave a film between the two.
+fn pieces(slabs: &[Slab], rank: usize, is_stock: bool) -> Vec<Piece> {
     let joins = |k: usize| {
         let (below, above) = (&slabs[k], &slabs[k + 1]);
         (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && above.slope() <= below.slope() + NEARLY_STRAIGHT
     };
     let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
     let is_ring = |k: usize| kind(k) == Some(false);
+    let bores = |[first, last]: [usize; 2]| -> Vec<BoreSlab> {
+        slabs[first..=last].iter().filter_map(|slab| slab.bore).collect()
+    };
     let is_of_rank = |[first, last]: [usize; 2]| slabs[first..=last].iter().any(|slab| slab.rank == rank);
     let (mut pieces, mut solid) = (Vec::new(), Vec::new());
     let mut first = 0;
     while first < slabs.len() {
         let mut last = first;
-        while last + 1 < slabs.len() && joins(last) && kind(last + 1) == kind(first) {
+        let goes_on = |next: usize| {
+            kind(next) == kind(first) && (!is_stock || !is_ring(first) || Bore::is_known(&bores([first, next])))
+        };
+        while last + 1 < slabs.len() && joins(last) && goes_on(last + 1) {
             last += 1;
         }
         let (mut from, mut to) = (first, last);
@@ -621,8 +661,8 @@ fn pieces(slabs: &[Slab], rank: usize) -> Vec<Piece> {
         }
         if is_of_rank([first, last]) {
             let mut piece = piece(slabs, from, to);
-            let bores: Vec<BoreSlab> = slabs[first..=last].iter().filter_map(|slab| slab.bore).collect();
-            piece.bore = Bore::of(&bores, &slabs[first..=last].iter().map(|slab| slab.outer).collect::<Vec<_>>());
+            let outer: Vec<[f64; 2]> = slabs[first..=last].iter().map(|slab| slab.outer).collect();
+            piece.bore = Bore::of(&bores([first, last]), &outer);
             pieces.push(piece);
         }
         first = last + 1;
@@ -780,6 +820,49 @@ mod tests {
         let saw = Round::new(&revolve(&[[8.0, 0.0], [10.0, 0.0], [10.0, 30.0], [8.0, 30.0]]), 0.0);
         assert!(excess(&saw, 5.0, 15.0) > 2.9 && excess(&saw, 9.0, 15.0) < -0.9 && short_of(&saw, 5.0, 15.0) > 2.9);
         assert!(short_of(&saw, 9.0, 15.0) < -0.9, "{}", short_of(&saw, 9.0, 15.0));
+    }
+
+    #[test]
+    fn a_workpiece_is_round_whatever_its_bore_and_known_up_to_the_walls() {
+        // A tube, a blind hole that a drill has left, a counterbore, and a groove within.
+        for (profile, out, within) in [
+            (&[[15.0, 0.0], [30.0, 0.0], [30.0, 80.0], [15.0, 80.0]][..], vec![[14.2, 1.0]], vec![[15.8, 40.0]]),
+            (
+                &[[0.0, 0.0], [30.0, 0.0], [30.0, 80.0], [15.0, 80.0], [15.0, 40.0], [0.0, 31.0]][..],
+                vec![[14.2, 41.0], [0.0, 32.0], [7.0, 36.0]],
+                vec![[15.8, 41.0], [0.0, 30.0], [7.0, 34.0]],
+            ),
+            (
+                &[[15.0, 0.0], [30.0, 0.0], [30.0, 80.0], [20.0, 80.0], [20.0, 50.0], [15.0, 50.0]][..],
+                vec![[19.2, 51.0], [14.2, 49.0]],
+                vec![[20.8, 51.0], [15.8, 49.0]],
+            ),
+            (
+                &[
+                    [15.0, 0.0],
+                    [30.0, 0.0],
+                    [30.0, 80.0],
+                    [15.0, 80.0],
+                    [15.0, 50.0],
+                    [20.0, 50.0],
+                    [20.0, 30.0],
+                    [15.0, 30.0],
+                ][..],
+                vec![[19.2, 49.0], [19.2, 31.0], [14.2, 10.0]],
+                vec![[15.8, 51.0], [15.8, 29.0], [20.8, 40.0]],
+            ),
+        ] {
+            let round = Round::stock(&revolve(profile));
+            assert!(round.filled >= ROUND && round.is_known(), "{profile:?}: {}", round.filled);
+            for [rho, z] in out {
+                let least = short_of(&round, rho, z).min(excess(&round, rho, z));
+                assert!(least > 0.3, "{profile:?} {rho} {z}: {least}");
+            }
+            for [rho, z] in within {
+                let most = short_of(&round, rho, z).max(excess(&round, rho, z));
+                assert!(most < -0.3, "{profile:?} {rho} {z}: {most}");
+            }
+        }
     }
 
     /// A hole saw with a pilot drill.

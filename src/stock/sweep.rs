@@ -40,7 +40,12 @@ impl Body {
         Self { form: Arc::new(Form::Round(Round::new(mesh, groove_mm))) }
     }
 
-    /// The same about z of the frame to which `axis_from_part` leads.
+    /// A workpiece that turns about its own axis.
+    pub fn stock(mesh: &Arc<Mesh>) -> Self {
+        Self { form: Arc::new(Form::Round(Round::stock(mesh))) }
+    }
+
+    /// The part about z of the frame to which `axis_from_part` leads.
     pub fn turning_about(mesh: &Arc<Mesh>, axis_from_part: Isometry, groove_mm: f64) -> Self {
         Self { form: Arc::new(Form::Round(Round::about(mesh, axis_from_part, groove_mm))) }
     }

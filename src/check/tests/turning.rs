@@ -115,6 +115,10 @@ fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     // Where the axis is not known, the holder is named.
     let told = found(&format!("{text}{NO_TIP}"), turning);
     assert_eq!((told.is_clear(), told.as_drawn), (true, vec![2]));
+    // One that is round and has a bore is the same at every angle.
+    let bored = "{ kind = \"revolve\", profile_mm = [[10, 0], [20, 0], [20, 30], [10, 30]] }";
+    let told = found(&format!("{}{NO_TIP}", text.replace(holder, bored)), turning);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![]));
 }
 
 #[test]
