@@ -720,7 +720,6 @@ fn a_tool_vector_has_two_solutions() {
         (&["--direction", "0,1,1", "--from", "Q1"], "does not begin with one of X Y Z"),
     ] {
         let (code, _, error) = inverse(arguments);
-        let (code, _, error) = inverse(arguments);
         assert!(code == Some(2) && error.contains(message), "{code:?} {error}");
     }
 }

@@ -395,7 +395,8 @@ mod tests {
         let known = Setup { kinematics: Some(Kinematics(Arc::new(Table))), ..Setup::default() };
         let setups = [Setup::default(), known];
         let both = &setups[..];
-        let cases: [(&[Setup], &str, &[[f64; 3]]); 7] = [
+        type Case<'a> = (&'a [Setup], &'a str, &'a [[f64; 3]]);
+        let cases: [Case<'_>; 7] = [
             (both, "G0 X0 Y0\nG0 X30 Y10", &[[10.0, 10.0, 0.0], [30.0, 10.0, 0.0]]),
             (both, "G68.2 I0\nG0 X30 Y10", &[[10.0, 10.0, 0.0], [30.0, 10.0, 0.0]]),
             // X of the plane is the machine's Y.
