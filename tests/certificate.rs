@@ -266,10 +266,7 @@ start = {{ z_mm = 10 }}
         let two = format!("[{{ shape = {block} }}, {{ shape = {block}, at = {{ xyz_mm = [{at}] }} }}]");
         let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = {two} }}")), program);
         is_inside(&drawn, at);
-        if at == "0, 0, 20" {
-            continue;
-        }
-        // From a file, where four triangles meet at the edge.
+        // From a file, where four triangles meet at the edge, and the side in common has the same triangles twice, wound against each other.
         let facet = |t: bvbench::geometry::Triangle| {
             let corners = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
             format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")

@@ -85,7 +85,7 @@ impl Mesh {
         self.centre = self.enclose(self.root()).map(|x| I::of(0.5 * (x.lo + x.hi)));
         let away = |p: &Point| norm(&minus(&mm(p), &self.centre)).hi;
         self.radius = I::of(self.faces.iter().flatten().map(away).fold(0.0, f64::max));
-        self.has_inside = self.is_closed();
+        self.has_inside = is_closed(&self.faces);
         self.components = self.components();
         Ok(())
     }
@@ -118,15 +118,6 @@ impl Mesh {
         work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
-    /// Whether faces pass along every edge as often one way as the other. Only then does every ray from a point leave the mesh equally often, and there is an inside.
-    fn is_closed(&self) -> bool {
-        let mut edges: Vec<_> = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-        let mut reversed: Vec<_> = edges.iter().map(|&[u, v]| [v, u]).collect();
-        edges.sort_unstable();
-        reversed.sort_unstable();
-        edges == reversed
-    }
-
     fn components(&self) -> Vec<V> {
         let mut beside = BTreeMap::<Point, Vec<Point>>::new();
         for face in &self.faces {
@@ -157,6 +148,15 @@ impl Mesh {
             None => crossing(edge, &self.triangle(node.low)?),
         }
     }
+}
+
+/// Whether faces pass along every edge as often one way as the other. Only then does every ray from a point leave the mesh equally often, and there is an inside.
+pub fn is_closed(faces: &[[Point; 3]]) -> bool {
+    let mut edges: Vec<_> = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    let mut reversed: Vec<_> = edges.iter().map(|&[u, v]| [v, u]).collect();
+    edges.sort_unstable();
+    reversed.sort_unstable();
+    edges == reversed
 }
 
 /// 1 or -1 where an edge surely passes through a triangle to one side or the other, 0 where it surely does not; `None` where neither is sure.
