@@ -2,7 +2,7 @@
 
 use crate::interval::{I, Pose, V, ZERO, dot, minus, times, unit};
 use crate::machine::Link;
-use crate::mesh::on_grid;
+use crate::mesh::{is_closed, on_grid};
 use crate::read::{DEGREE, ROTARY, axis};
 use crate::{Checked, Part, Stated};
 use std::borrow::Cow;
@@ -219,15 +219,20 @@ impl Files<'_> {
         }
         let units = [("cm", 10.0), ("m", 1000.0), ("inch", 25.4)];
         let unit = units.into_iter().find(|unit| unit.0 == text(file, "unit")).map_or(1.0, |unit| unit.1);
-        // Triangles without an area are dropped, and doubled ones behind the first, whichever way they wind.
-        let mut found = BTreeMap::new();
+        // Triangles without an area are dropped, and doubled ones behind the first. Those that wind against it may stay where the mesh is not closed without them.
+        let least = |[a, b, c]: [[i64; 3]; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
+        let (mut first, mut both) = (BTreeMap::new(), BTreeSet::new());
         for face in stl(&content, unit).ok_or(format!("{path} is not an STL file"))? {
-            found.entry(BTreeSet::from(face)).or_insert(face);
+            first.entry(BTreeSet::from(face)).or_insert(least(face));
+            both.insert(least(face));
         }
-        found.retain(|corners, _| corners.len() == 3);
-        let is_turned = |[a, b, c]: [_; 3], own| [[a, b, c], [b, c, a], [c, a, b]].contains(&own);
-        let is_found = |&face| found.remove(&BTreeSet::from(face)).is_some_and(|own| is_turned(face, own));
-        let is_same = mesh.faces.iter().all(is_found) && found.is_empty();
+        first.retain(|corners, _| corners.len() == 3);
+        both.retain(|[a, b, c]| a != b && b != c && c != a);
+        let mut own: Vec<_> = mesh.faces.iter().map(|&face| least(face)).collect();
+        let mut once: Vec<_> = first.into_values().collect();
+        own.sort_unstable();
+        once.sort_unstable();
+        let is_same = own == once || own.iter().eq(&both) && !is_closed(&once);
         is_same.then_some(()).ok_or(format!("part `{name}`: {path} has other triangles"))
     }
 

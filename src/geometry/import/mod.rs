@@ -1,12 +1,12 @@
 //! Reads mesh files: STL (binary and text), OBJ, OFF, PLY, GLB and 3MF, and reports what the file held and what was repaired.
 //!
 //! A file is read whole, and its triangles are scaled to mm and welded: vertices that fall on the same point of the coordinate grid are
-//! merged, or, with a tolerance, vertices within that tolerance ([`super::weld`]). A triangle is treated as a set of points, which decides
-//! what happens next:
+//! merged, or, with a tolerance, vertices within that tolerance ([`super::weld`]). Then:
 //!
 //! - A triangle that collapses (two corners weld) is dropped. In a closed mesh its points belong to its neighbours.
 //!
-//! - A triangle with the same three corners as an earlier one, in any order, is dropped.
+//! - A triangle with the same three corners as an earlier one is dropped. Where it winds against that one, both stay if the mesh is
+//!   watertight only with both: bodies with a side in common.
 //!
 //! - A triangle with three different corners on a line is kept. It has no area, but its corners count, and dropping it would open the
 //!   surface between its neighbours.

@@ -190,6 +190,40 @@ fn duplicates_and_collapsed_triangles_go_and_needles_stay() {
     assert_eq!(report.welded_vertices, 1);
 }
 
+#[test]
+fn triangles_wound_against_each_other_stay_only_where_they_close_bodies_with_a_side_in_common() {
+    const BOX: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    // Corners of boxes of 1 mm on one another, four at each height; the box of a level, and the same inside out.
+    let read = |boxes: &[(usize, bool)], weld_mm: f64| {
+        let mut off = format!("OFF\n20 {} 0\n", 6 * boxes.len());
+        for i in 0..20 {
+            off += &format!("{} {} {}\n", i & 1, i >> 1 & 1, [0.0, 1.0, 2.0, 2.01, 3.01][i >> 2]);
+        }
+        for (level, is_turned) in boxes {
+            for mut face in BOX {
+                if *is_turned {
+                    face[1..].reverse();
+                }
+                off += &format!("4 {}\n", face.map(|corner| (corner + 4 * level).to_string()).join(" "));
+            }
+        }
+        parse(Path::new("a.off"), off.as_bytes(), Options { unit: None, weld_mm }).unwrap()
+    };
+    for (what, boxes, weld_mm, duplicate, volume_mm3) in [
+        ("stacked", &[(0, false), (1, false)][..], 0.0, 0, Some(2.0)),
+        ("stacked by welding", &[(1, false), (3, false)][..], 0.02, 0, Some(2.01)),
+        ("stacked, and one twice", &[(0, false), (1, false), (1, false)][..], 0.0, 12, Some(2.0)),
+        ("double-sided", &[(0, false), (0, true)][..], 0.0, 12, Some(1.0)),
+        ("two double-sided, stacked", &[(0, false), (0, true), (1, false), (1, true)][..], 0.0, 26, None),
+        ("stacked, and a double-sided one apart", &[(0, false), (1, false), (3, false), (3, true)][..], 0.0, 14, None),
+    ] {
+        let Imported { mesh, report } = read(boxes, weld_mm);
+        let surface = mesh.surface_report();
+        assert_eq!((report.duplicate, surface.edges.is_watertight()), (duplicate, volume_mm3.is_some()), "{what}");
+        assert!(volume_mm3.is_none_or(|volume| (surface.volume_mm3 - volume).abs() < 1e-6), "{what}: {surface:?}");
+    }
+}
+
 /// Vertices and polygons in the three formats that have polygons.
 fn polygons(vertices: &[[f64; 3]], faces: &[&[usize]]) -> [(&'static str, String); 3] {
     let lines = |lead: &str| -> String { vertices.iter().map(|[x, y, z]| format!("{lead}{x} {y} {z}\n")).collect() };

@@ -1,6 +1,6 @@
 //! The certificate against the scene's files: each of them is read, and each statement compared.
 
-use crate::fixture::{NAMES, assert_refusal, cube, find, folder, lines, signed, with_word, written};
+use crate::fixture::{NAMES, assert_refusal, corners, cube, faces, find, folder, lines, signed, with_word, written};
 use certificate_checker::{MOST_WORK, Refusal, Report, check};
 use std::path::{Path, PathBuf};
 
@@ -565,6 +565,33 @@ fn units_of_a_file_are_those_of_the_scene() {
         let twice = stated(1.0).replacen("f 0 2 1\n", &format!("f 0 2 1\n{more}\n"), 1);
         let refusal = at_rest("units", &twice, &scene(""), &[("a.stl", bytes.clone())]).unwrap_err();
         assert!(refusal.why.contains("a.stl has other triangles"), "{}", refusal.why);
+    }
+}
+
+#[test]
+fn faces_wound_against_each_other_count_where_the_mesh_is_closed_only_with_them() {
+    // Two cubes with a side in common, and one that is there both ways round.
+    for (x, is_turned, is_same) in [(2.0, false, true), (0.0, true, false)] {
+        let mesh = corners([0.0; 3], 1.0) + &corners([x, 0.0, 0.0], 1.0) + &faces(0, false) + &faces(8, is_turned);
+        let numbers = |word: &str| -> Vec<[i64; 3]> {
+            let lines = mesh.lines().filter_map(|line| line.strip_prefix(word));
+            lines.map(|line| [0, 1, 2].map(|i| line.split(' ').nth(i).unwrap().parse().unwrap())).collect()
+        };
+        let vertices = numbers("v ");
+        let vertex = |corner: i64| {
+            let [x, y, z] = vertices[corner as usize].map(|x| x >> 26);
+            format!("vertex {x} {y} {z}\n")
+        };
+        let stl = numbers("f ").into_iter().map(|face| face.map(vertex).concat()).collect::<String>().into_bytes();
+        let stated = format!("part a - fixture - 1 0 0 0 0 0 0\n{mesh}");
+        let stated = stated + &cube("b - fixture - 1 0 0 0 0 0 0", [9.0; 3], 1.0);
+        let scene = "[[parts]]\nname = \"a\"\nrole = \"fixture\"\nmesh = \"a.stl\"\n[[parts]]\nname = \"b\"\nrole = \"fixture\"";
+        let found = at_rest("both", &stated, scene, &[("a.stl", stl)]).map(|_| ()).map_err(|refusal| refusal.why);
+        assert_eq!(found.is_ok(), is_same, "{found:?}");
+        assert!(
+            found.is_ok() || found.as_ref().is_err_and(|why| why.contains("a.stl has other triangles")),
+            "{found:?}"
+        );
     }
 }
 
