@@ -598,6 +598,24 @@ fn a_pattern_is_repeated_nearer_and_nearer() {
     let expected: Vec<_> =
         [(15.0, 2.0, true)].into_iter().chain(pass(4.0, 2.0)).chain(pass(2.0, 1.0)).chain(pass(0.0, 0.0)).collect();
     assert_eq!(turned(&source), expected);
+    // The same in one block, the only form of Haas's controls: I is a radius, D a number of passes.
+    let in_one = |words: &str| source.replace("G73U4.W2.R3\nG73P10Q20", &format!("G73P10Q20{words}"));
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        assert_eq!(ends(&run(&in_one("D3I4.K2."), &setup)), ends(&run(&source, &lathe())));
+        for (words, why) in [
+            ("I4.K2.", "D, the number of passes,"),
+            ("D0I4.K2.", "the number of passes, from 1 to 9999"),
+            ("R3", "no code of this block uses this word: `R3`"),
+        ] {
+            let told = refused(&in_one(words), &setup);
+            assert!(told.starts_with("bad.nc:2:") && told.contains(why), "{words}: {told}");
+        }
+        // Beside G71 they are an allowance, which is not followed.
+        for (words, expected) in [("I0.5", 1), ("K0.5", 1), ("I0K0", 0)] {
+            let program = run(&in_one(&format!("D2.{words}")).replace("G73", "G71"), &setup);
+            assert_eq!(program.notes.iter().filter(|note| note.is_unknown).count(), expected, "{words}");
+        }
+    }
 }
 
 #[test]
