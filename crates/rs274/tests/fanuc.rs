@@ -469,6 +469,31 @@ fn corners_are_rounded_and_cut() {
 }
 
 #[test]
+fn a_lathes_c_without_a_comma_may_be_a_chamfer() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    for (block, expected) in [
+        ("G1Z-20.C2.F0.1", 1),
+        ("G1X30.C2.F0.1", 1),
+        ("G1U-2.C2.F0.1", 1),
+        ("G1W-2.C2.F0.1", 1),
+        // An axis for sure.
+        ("M5\nG98G1Z-20.C2.F100.", 0),
+        ("G1X30.Z-20.C2.F0.1", 0),
+        ("G98G1C2.F100.", 0),
+        ("G0Z-20.C2.F0.1", 0),
+        ("G1Z-20.,C2.F0.1", 0),
+    ] {
+        for setup in [lathe(), haas.clone()] {
+            let program = run(&format!("G21S100M3G0X20.Z0\n{block}\nG1X40.\nM30"), &setup);
+            let unknown: Vec<_> = program.notes.iter().filter(|note| note.is_unknown).collect();
+            assert_eq!(unknown.len(), expected, "{block}: {unknown:?}");
+            assert!(unknown.iter().all(|note| note.line == 2 && note.text.contains("`,C`")), "{unknown:?}");
+        }
+    }
+    assert!(run("S100M3\nG1Z-20.C2.F0.1\nM30", &fanuc()).notes.iter().all(|note| !note.is_unknown));
+}
+
+#[test]
 fn cycles_return_to_where_they_began_and_dwell_in_milliseconds() {
     let program = run("G0Z5.\nG82X1.Z-1.R1.P500F100\nX2.K0\nX3.\nG80\nX9.\nM30", &fanuc());
     let told: Vec<_> = program.moves.iter().map(|m| (m.kind, m.end[Axis::X], m.end[Axis::Z])).collect();
