@@ -57,7 +57,7 @@ impl Interpreter<'_> {
         }
         let line = |letter: char| {
             let number = values.take(letter).unwrap_or_default();
-            self.line_of(table, number, at).map_err(|cause| values.fault(letter, cause))
+            self.only_line_of(table, number, at).map_err(|cause| values.fault(letter, cause))
         };
         let (first, last) = (line('p')?, line('q')?);
         if last < first || last - first >= MAX_LINES || (first..=last).contains(&at) {

@@ -764,6 +764,22 @@ fn contours_have_bounds_and_their_errors_their_lines() {
 }
 
 #[test]
+fn a_contours_numbers_stand_on_one_line_of_the_program() {
+    let first = format!("S100M3G0X30.Z2.\nG71U2.R1.\nG71P10Q20F0.2\n{CONTOUR}G70P10Q20\n");
+    let second = "G71P10Q20F0.2\nN10G0X12.\nG1Z-5.F0.1\nN20X30.\n";
+    let only_last = second.replace("10Q20", "30Q20").replace("N10", "N30");
+    for (second, place) in [(second, "bad.nc:3:4:"), (&only_last, "bad.nc:3:7:")] {
+        let told = refused(&format!("{first}{second}M30"), &lathe());
+        let why = "more than one line of this program has this number N";
+        assert!(told.starts_with(place) && told.contains(why), "{told}");
+    }
+    let renumbered = only_last.replace("Q20", "Q40").replace("N20", "N40");
+    run(&format!("{first}{renumbered}G70P30Q40\nM30"), &lathe());
+    // Another program has numbers of its own.
+    run(&format!("{first}M98P2\nM30\nO2\n{second}M99"), &lathe());
+}
+
+#[test]
 fn a_feed_rate_is_that_of_all_axes_together() {
     for (source, minutes) in [
         ("G91 G1 X20. B40. F300.", 20_f64.hypot(40.0) / 300.0),
