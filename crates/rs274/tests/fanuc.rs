@@ -268,6 +268,38 @@ fn a_lathes_codes_are_those_of_system_a() {
 }
 
 #[test]
+fn holes_of_a_lathe_are_at_x_and_c_and_their_depth_is_z_or_w() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    // X and Z, mm, and C, degrees, at the bottom of each hole; the cycles begin at diameter 60 and Z5.
+    for (setup, cycles, expected) in [
+        // The example of Fanuc's manual.
+        (
+            lathe(),
+            "G83X50.C0.Z-40.R-5.P500F5.\nC90.\nC180.",
+            &[[25.0, -40.0, 0.0], [25.0, -40.0, 90.0], [25.0, -40.0, 180.0]][..],
+        ),
+        (lathe(), "G83Z-10.R-3.F0.1\nH90.\nX40.H90.", &[[30.0, -10.0, 0.0], [30.0, -10.0, 90.0], [20.0, -10.0, 180.0]]),
+        (lathe(), "G83U-20.H30.Z-10.R-3.F0.1K2", &[[20.0, -10.0, 30.0], [10.0, -10.0, 60.0]]),
+        // W counts from R, which is at Z2.
+        (lathe(), "G83W-25.R-3.Q10000F0.1\nC90.", &[[30.0, -23.0, 0.0], [30.0, -23.0, 90.0]]),
+        (haas, "G81W-25.R2.F0.1\nC90.", &[[30.0, -23.0, 0.0], [30.0, -23.0, 90.0]]),
+    ] {
+        let program = run(&format!("S100M3G0X60.Z5.C0\n{cycles}\nG80\nM30"), &setup);
+        let deepest = expected[0][1];
+        let bottoms = program.moves.iter().filter(|step| step.kind == MoveKind::Feed && step.end[Axis::Z] == deepest);
+        let found: Vec<_> = bottoms.map(|m| [m.end[Axis::X], m.end[Axis::Z], m.end[Axis::C].to_degrees()]).collect();
+        assert_eq!(found.len(), expected.len(), "{cycles}: {found:?}");
+        found.iter().zip(expected).for_each(|(found, expected)| support::assert_near(*found, *expected, cycles));
+    }
+    // C turns while the tool stands above the holes.
+    let moves = run("S100M3G0X60.Z5.\nG83Z-10.R-3.F0.1\nC90.\nM30", &lathe()).moves;
+    let turns = moves.windows(2).filter(|pair| pair[0].end[Axis::C] != pair[1].end[Axis::C]);
+    assert_eq!(turns.map(|pair| [0, 1].map(|i| pair[i].end[Axis::Z])).collect::<Vec<_>>(), [[5.0; 2]]);
+    let told = refused("T0101\nG0X60.Z5.\nT0112\nG83U-2.Z-9.R-3.F0.1S100M3\nM30", &lathe());
+    assert!(told.starts_with("bad.nc:4:1:") && told.contains("right behind another tool offset"), "{told}");
+}
+
+#[test]
 fn coordinates_are_turned_scaled_and_mirrored() {
     assert_ends("G68X1.Y0R90.\nG0X3.Y0\nG69\nX3.Y0\nM30", &fanuc(), &[[1.0, 2.0, 0.0], [3.0, 0.0, 0.0]]);
     // About the place where the tool is: (1, 0).
