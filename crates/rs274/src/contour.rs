@@ -20,6 +20,9 @@ const MAX_LINES: usize = 10_000;
 /// Chords per full turn of a contour's arcs, where a roughing cut looks for it: 0.05 mm off an arc of 100 mm radius.
 const CHORDS_PER_TURN: f64 = 100.0;
 
+/// What R and D of G73 must be, for messages.
+const PASSES: &str = "the number of passes, from 1 to 9999";
+
 /// A piece of a contour, in axis positions.
 #[derive(Clone, Debug)]
 struct Piece {
@@ -54,7 +57,7 @@ impl Interpreter<'_> {
         }
         let line = |letter: char| {
             let number = values.take(letter).unwrap_or_default();
-            self.line_of(table, number, at).map_err(|cause| values.fault(letter, cause))
+            self.only_line_of(table, number, at).map_err(|cause| values.fault(letter, cause))
         };
         let (first, last) = (line('p')?, line('q')?);
         if last < first || last - first >= MAX_LINES || (first..=last).contains(&at) {
@@ -71,10 +74,7 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed("roughing while cutter compensation is on")));
         }
         let allowance = [self.take_x(values, 'u'), self.take_length(values, 'w').unwrap_or(0.0)];
-        if let Some(depth) = self.take_count(values, 'd') {
-            self.lathe.depth = depth.abs();
-        }
-        ['i', 'k', 'r'].iter().for_each(|&letter| values.drop_word(letter));
+        self.take_contour_words(values, code)?;
         let pieces = self.read_contour(lines, table, first, last)?;
         let Some(first_piece) = pieces.first() else {
             return Err(code.fault(Cause::NotAllowed("a contour that moves nothing")));
@@ -97,6 +97,29 @@ impl Interpreter<'_> {
         Ok(if first > at { last + 1 } else { at + 1 })
     }
 
+    /// D, I and K beside P and Q: of G73 the passes, and from the last of them to the first along X (a radius) and Z; of G71 and G72 the depth of
+    /// a cut, and an allowance that is not followed.
+    fn take_contour_words(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        if code.number == own::REPEAT_PATTERN {
+            let relief = ['i', 'k'].map(|letter| self.take_length(values, letter));
+            let passes = values.take_whole('d', 1..=9999, "D", PASSES)?.map(i32::unsigned_abs);
+            self.lathe.passes = passes.unwrap_or(self.lathe.passes);
+            if relief != [None, None] && self.lathe.passes == 0 {
+                return Err(code.fault(Cause::Missing("D, the number of passes,")));
+            }
+            self.lathe.relief = [0, 1].map(|i| relief[i].unwrap_or(self.lathe.relief[i]));
+            return Ok(());
+        }
+        if let Some(depth) = self.take_count(values, 'd') {
+            self.lathe.depth = depth.abs();
+        }
+        if ['i', 'k'].iter().any(|&letter| values.take(letter).is_some_and(|length| length != 0.0)) {
+            self.note_unknown("I and K of G71 and G72, an allowance of the roughing cuts, are not followed".to_owned());
+        }
+        values.drop_word('r');
+        Ok(())
+    }
+
     /// A length along X in the program's words: a diameter or a radius; 0 without the word.
     fn take_x(&self, values: &Values, letter: char) -> f64 {
         let length = self.take_length(values, letter).unwrap_or(0.0);
@@ -113,7 +136,7 @@ impl Interpreter<'_> {
             own::ROUGH_FACE => self.lathe.depth = needed(self.take_length(values, 'w'))?.abs(),
             own::REPEAT_PATTERN => {
                 self.lathe.relief = ['u', 'w'].map(|letter| self.take_length(values, letter).unwrap_or(0.0));
-                let passes = values.take_whole('r', 1..=9999, "R", "the number of passes, from 1 to 9999")?;
+                let passes = values.take_whole('r', 1..=9999, "R", PASSES)?;
                 self.lathe.passes = passes.unwrap_or(1).unsigned_abs();
                 return Ok(());
             }

@@ -1,12 +1,14 @@
 //! `,R` and `,C` of Fanuc's and Haas's controls: the corner between two straight feeds is rounded, or cut off at a length from its point.
 //!
+//! C without a comma is an angle of the axis C, with a note where a control without that axis may take it for a chamfer.
+//!
 //! The first move waits until the second is known; between them nothing else may move.
 
 use super::arc::Circle;
 use super::canonical::MoveKind;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{Group, Values};
+use super::modal::{Group, Spindle, Values};
 use super::offset_curve::{minus, norm, plus_scaled};
 use super::offsets::Values9;
 use std::f64::consts::PI;
@@ -17,6 +19,9 @@ const STRAIGHT: f64 = 1e-9;
 /// What is wrong where a corner has no second move.
 pub(super) const OPEN_CORNER: Cause =
     Cause::NotAllowed("a corner (`,R` or `,C`) needs a straight feed move (G1) right behind its own");
+
+/// Note on C without a comma where it may be a corner.
+const BARE_CHAMFER: &str = "C of a straight feed along X or Z while the spindle turns is taken for an angle of the axis C; a control without that axis cuts a chamfer, to be written as `,C`";
 
 /// A straight move that waits for the next.
 #[derive(Clone, Debug)]
@@ -38,6 +43,7 @@ impl Interpreter<'_> {
         if let Some(corner) = self.corner.take() {
             self.cut_corner(&corner, &target, values)?;
         }
+        self.note_bare_chamfer(values);
         let (radius, length) = (self.take_length(values, 'R'), self.take_length(values, 'C'));
         let (size, rounds) = match (radius, length) {
             (None, None) => return self.feed_to(target, values),
@@ -54,6 +60,16 @@ impl Interpreter<'_> {
         self.corner = Some(Corner { from: self.position, feed, size, rounds, line: self.line, text });
         self.position = target;
         Ok(())
+    }
+
+    /// Notes C in a feed along one of X and Z while a lathe's spindle turns.
+    fn note_bare_chamfer(&mut self, values: &Values) {
+        let moves = |letters: [char; 2]| letters.iter().any(|&letter| values.has(letter));
+        let is_along_one = moves(['x', 'u']) != moves(['z', 'w']);
+        let turns = self.setup.is_fanuc_lathe() && self.modes.spindle != Spindle::Still;
+        if turns && is_along_one && values.has('c') {
+            self.note_unknown(BARE_CHAMFER.to_owned());
+        }
     }
 
     /// A fault when the program ends at a corner.

@@ -128,13 +128,18 @@ impl Interpreter<'_> {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
         let [first, second, normal] = if lathe { Plane::Xy.axes() } else { self.modes.plane.axes() };
-        let axes = [first, second, normal].map(|axis| axis as usize);
-        if self.modes.incremental && axes.iter().any(|&axis| self.offset_change[axis] != 0.0) {
-            let why = "a cycle in G91 right behind another tool offset";
+        let mut axes = vec![first, second, normal];
+        if lathe {
+            // C turns the workpiece from hole to hole.
+            axes.push(Axis::C);
+        }
+        let has_step = |axis| self.modes.incremental || self.step_letter(axis).is_some_and(|letter| values.has(letter));
+        if axes.iter().any(|&axis| has_step(axis) && self.offset_change[axis as usize] != 0.0) {
+            let why = "a cycle with a step (G91, U, V, W or H) right behind another tool offset";
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
         self.note_waiting_length();
-        axes.iter().for_each(|&axis| self.offset_change[axis] = 0.0);
+        axes.iter().for_each(|&axis| self.offset_change[axis as usize] = 0.0);
         let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal, initial)?;
@@ -159,7 +164,9 @@ impl Interpreter<'_> {
             beside: sticky.beside,
             middle: if counts { bottom + sticky.middle } else { sticky.middle },
         };
-        let places = [first, second].map(|axis| (axis as usize, self.take_axis(values, axis)));
+        let place =
+            |&axis: &Axis| self.take_axis_or_step(values, axis).map(|(value, is_step)| (axis as usize, value, is_step));
+        let places: Vec<_> = axes.iter().filter(|&&axis| axis != normal).filter_map(place).collect();
         let repeats = self.repeats(values)?;
         if like_fanuc {
             self.note_low_start(repeats, start, initial, retract);
@@ -237,7 +244,8 @@ impl Interpreter<'_> {
             |from: f64, counts: bool, word: Option<f64>| word.map(|word| if counts { from + word } else { word });
         let retract = above(initial, r_counts, self.take_length(values, 'r'));
         let retract = needed(retract, before.map(|s| s.retract), "R, the retract height,")?;
-        let bottom = above(retract, counts, self.take_axis(values, normal));
+        let bottom = self.take_axis_or_step(values, normal);
+        let bottom = bottom.map(|(word, is_step)| if like_fanuc && is_step { retract + word } else { word });
         let bottom = needed(bottom, before.map(|s| s.bottom), "the depth of the hole")?;
         let dwells = matches!(code, 820 | 860 | 880 | 890 | own::FINE_BORE);
         let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840) || like_fanuc;
@@ -280,21 +288,19 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// Rapid to above the next hole, at a height along the normal.
+    /// Rapid to above the next hole, at a height along the normal. `places` are the indices of axes, where they go, and whether that is a step.
     fn above_hole(
         &mut self,
         values: &Values,
-        places: &[(usize, Option<f64>); 2],
+        places: &[(usize, f64, bool)],
         (normal, height): (usize, f64),
     ) -> Result<(), Fault> {
         let from = self.offsets.to_program(&self.position);
         let mut program = from;
         program[normal] = height;
-        for &(axis, word) in places {
-            if let Some(value) = word {
-                self.note_step_behind_turn(axis, self.modes.incremental.then_some(value));
-                program[axis] = if self.modes.incremental { program[axis] + value } else { value };
-            }
+        for &(axis, value, is_step) in places {
+            self.note_step_behind_turn(axis, is_step.then_some(value));
+            program[axis] = if is_step { program[axis] + value } else { value };
         }
         if let Some([x, y]) = self.take_polar(values, &from) {
             (program[0], program[1]) = (x, y);

@@ -55,12 +55,25 @@ impl Jumps {
 
     /// The line with a number, seen from the line `at`.
     pub fn line(&self, number: u32, at: usize) -> Option<usize> {
+        let lines = self.lines(number, at);
+        lines.iter().copied().find(|&line| line > at).or_else(|| lines.first().copied())
+    }
+
+    /// The lines with a number in the program of the line `at`, in their order.
+    fn lines(&self, number: u32, at: usize) -> &[usize] {
         let after = self.programs.partition_point(|&start| start <= at);
         let (start, end) = (self.programs[after - 1], self.programs.get(after).copied().unwrap_or(usize::MAX));
-        let lines = self.numbered.get(&number)?;
-        let within = |from: usize| lines.iter().copied().find(|&line| line >= from && line < end);
-        within(at + 1).or_else(|| within(start))
+        let lines = self.numbered.get(&number).map_or(&[][..], Vec::as_slice);
+        let before = |border: usize| lines.partition_point(|&line| line < border);
+        &lines[before(start)..before(end)]
     }
+}
+
+/// What is wrong with a number that no line has.
+const NO_LINE: Cause = Cause::Flow("there is no line with this number N");
+
+fn sequence(number: f64) -> Option<u32> {
+    whole(number).and_then(|number| u32::try_from(number).ok())
 }
 
 fn fault(text: String, why: &'static str) -> Fault {
@@ -99,9 +112,17 @@ impl Interpreter<'_> {
 
     /// The index of the line N`number`, seen from the line `at`.
     pub(super) fn line_of(&self, table: &FlowTable, number: f64, at: usize) -> Result<usize, Cause> {
-        let sequence = whole(number).and_then(|number| u32::try_from(number).ok());
-        sequence
-            .and_then(|number| table.jumps.line(number, at))
-            .ok_or(Cause::Flow("there is no line with this number N"))
+        sequence(number).and_then(|number| table.jumps.line(number, at)).ok_or(NO_LINE)
+    }
+
+    /// The index of the only line N`number` in the program of the line `at`.
+    pub(super) fn only_line_of(&self, table: &FlowTable, number: f64, at: usize) -> Result<usize, Cause> {
+        match sequence(number).map_or(&[][..], |number| table.jumps.lines(number, at)) {
+            [] => Err(NO_LINE),
+            [line] => Ok(*line),
+            _ => Err(Cause::Flow(
+                "more than one line of this program has this number N: give each contour numbers of its own",
+            )),
+        }
     }
 }

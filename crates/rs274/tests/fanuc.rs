@@ -268,6 +268,38 @@ fn a_lathes_codes_are_those_of_system_a() {
 }
 
 #[test]
+fn holes_of_a_lathe_are_at_x_and_c_and_their_depth_is_z_or_w() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    // X and Z, mm, and C, degrees, at the bottom of each hole; the cycles begin at diameter 60 and Z5.
+    for (setup, cycles, expected) in [
+        // The example of Fanuc's manual.
+        (
+            lathe(),
+            "G83X50.C0.Z-40.R-5.P500F5.\nC90.\nC180.",
+            &[[25.0, -40.0, 0.0], [25.0, -40.0, 90.0], [25.0, -40.0, 180.0]][..],
+        ),
+        (lathe(), "G83Z-10.R-3.F0.1\nH90.\nX40.H90.", &[[30.0, -10.0, 0.0], [30.0, -10.0, 90.0], [20.0, -10.0, 180.0]]),
+        (lathe(), "G83U-20.H30.Z-10.R-3.F0.1K2", &[[20.0, -10.0, 30.0], [10.0, -10.0, 60.0]]),
+        // W counts from R, which is at Z2.
+        (lathe(), "G83W-25.R-3.Q10000F0.1\nC90.", &[[30.0, -23.0, 0.0], [30.0, -23.0, 90.0]]),
+        (haas, "G81W-25.R2.F0.1\nC90.", &[[30.0, -23.0, 0.0], [30.0, -23.0, 90.0]]),
+    ] {
+        let program = run(&format!("S100M3G0X60.Z5.C0\n{cycles}\nG80\nM30"), &setup);
+        let deepest = expected[0][1];
+        let bottoms = program.moves.iter().filter(|step| step.kind == MoveKind::Feed && step.end[Axis::Z] == deepest);
+        let found: Vec<_> = bottoms.map(|m| [m.end[Axis::X], m.end[Axis::Z], m.end[Axis::C].to_degrees()]).collect();
+        assert_eq!(found.len(), expected.len(), "{cycles}: {found:?}");
+        found.iter().zip(expected).for_each(|(found, expected)| support::assert_near(*found, *expected, cycles));
+    }
+    // C turns while the tool stands above the holes.
+    let moves = run("S100M3G0X60.Z5.\nG83Z-10.R-3.F0.1\nC90.\nM30", &lathe()).moves;
+    let turns = moves.windows(2).filter(|pair| pair[0].end[Axis::C] != pair[1].end[Axis::C]);
+    assert_eq!(turns.map(|pair| [0, 1].map(|i| pair[i].end[Axis::Z])).collect::<Vec<_>>(), [[5.0; 2]]);
+    let told = refused("T0101\nG0X60.Z5.\nT0112\nG83U-2.Z-9.R-3.F0.1S100M3\nM30", &lathe());
+    assert!(told.starts_with("bad.nc:4:1:") && told.contains("right behind another tool offset"), "{told}");
+}
+
+#[test]
 fn coordinates_are_turned_scaled_and_mirrored() {
     assert_ends("G68X1.Y0R90.\nG0X3.Y0\nG69\nX3.Y0\nM30", &fanuc(), &[[1.0, 2.0, 0.0], [3.0, 0.0, 0.0]]);
     // About the place where the tool is: (1, 0).
@@ -469,6 +501,31 @@ fn corners_are_rounded_and_cut() {
 }
 
 #[test]
+fn a_lathes_c_without_a_comma_may_be_a_chamfer() {
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    for (block, expected) in [
+        ("G1Z-20.C2.F0.1", 1),
+        ("G1X30.C2.F0.1", 1),
+        ("G1U-2.C2.F0.1", 1),
+        ("G1W-2.C2.F0.1", 1),
+        // An axis for sure.
+        ("M5\nG98G1Z-20.C2.F100.", 0),
+        ("G1X30.Z-20.C2.F0.1", 0),
+        ("G98G1C2.F100.", 0),
+        ("G0Z-20.C2.F0.1", 0),
+        ("G1Z-20.,C2.F0.1", 0),
+    ] {
+        for setup in [lathe(), haas.clone()] {
+            let program = run(&format!("G21S100M3G0X20.Z0\n{block}\nG1X40.\nM30"), &setup);
+            let unknown: Vec<_> = program.notes.iter().filter(|note| note.is_unknown).collect();
+            assert_eq!(unknown.len(), expected, "{block}: {unknown:?}");
+            assert!(unknown.iter().all(|note| note.line == 2 && note.text.contains("`,C`")), "{unknown:?}");
+        }
+    }
+    assert!(run("S100M3\nG1Z-20.C2.F0.1\nM30", &fanuc()).notes.iter().all(|note| !note.is_unknown));
+}
+
+#[test]
 fn cycles_return_to_where_they_began_and_dwell_in_milliseconds() {
     let program = run("G0Z5.\nG82X1.Z-1.R1.P500F100\nX2.K0\nX3.\nG80\nX9.\nM30", &fanuc());
     let told: Vec<_> = program.moves.iter().map(|m| (m.kind, m.end[Axis::X], m.end[Axis::Z])).collect();
@@ -598,6 +655,24 @@ fn a_pattern_is_repeated_nearer_and_nearer() {
     let expected: Vec<_> =
         [(15.0, 2.0, true)].into_iter().chain(pass(4.0, 2.0)).chain(pass(2.0, 1.0)).chain(pass(0.0, 0.0)).collect();
     assert_eq!(turned(&source), expected);
+    // The same in one block, the only form of Haas's controls: I is a radius, D a number of passes.
+    let in_one = |words: &str| source.replace("G73U4.W2.R3\nG73P10Q20", &format!("G73P10Q20{words}"));
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        assert_eq!(ends(&run(&in_one("D3I4.K2."), &setup)), ends(&run(&source, &lathe())));
+        for (words, why) in [
+            ("I4.K2.", "D, the number of passes,"),
+            ("D0I4.K2.", "the number of passes, from 1 to 9999"),
+            ("R3", "no code of this block uses this word: `R3`"),
+        ] {
+            let told = refused(&in_one(words), &setup);
+            assert!(told.starts_with("bad.nc:2:") && told.contains(why), "{words}: {told}");
+        }
+        // Beside G71 they are an allowance, which is not followed.
+        for (words, expected) in [("I0.5", 1), ("K0.5", 1), ("I0K0", 0)] {
+            let program = run(&in_one(&format!("D2.{words}")).replace("G73", "G71"), &setup);
+            assert_eq!(program.notes.iter().filter(|note| note.is_unknown).count(), expected, "{words}");
+        }
+    }
 }
 
 #[test]
@@ -718,6 +793,22 @@ fn contours_have_bounds_and_their_errors_their_lines() {
     // Cycles in an endless loop count the lines of their contours.
     let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..lathe() };
     assert!(refused(&format!("{start}DO1\nG71P10Q20F0.2\n{CONTOUR}END1"), &setup).contains("more than 1000 blocks"));
+}
+
+#[test]
+fn a_contours_numbers_stand_on_one_line_of_the_program() {
+    let first = format!("S100M3G0X30.Z2.\nG71U2.R1.\nG71P10Q20F0.2\n{CONTOUR}G70P10Q20\n");
+    let second = "G71P10Q20F0.2\nN10G0X12.\nG1Z-5.F0.1\nN20X30.\n";
+    let only_last = second.replace("10Q20", "30Q20").replace("N10", "N30");
+    for (second, place) in [(second, "bad.nc:3:4:"), (&only_last, "bad.nc:3:7:")] {
+        let told = refused(&format!("{first}{second}M30"), &lathe());
+        let why = "more than one line of this program has this number N";
+        assert!(told.starts_with(place) && told.contains(why), "{told}");
+    }
+    let renumbered = only_last.replace("Q20", "Q40").replace("N20", "N40");
+    run(&format!("{first}{renumbered}G70P30Q40\nM30"), &lathe());
+    // Another program has numbers of its own.
+    run(&format!("{first}M98P2\nM30\nO2\n{second}M99"), &lathe());
 }
 
 #[test]
