@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
 use bvbench::certify::{Certificate, Doubt, Verdict, certify};
-use bvbench::geometry::Vector;
+use bvbench::geometry::{Triangle, Vector};
 use bvbench::measure::Silent;
 use bvbench::measure::peers::motions;
 use bvbench::measure::peers::posed::{PosedMeshes, Question};
@@ -24,6 +24,18 @@ use std::sync::Arc;
 
 fn load(scene: &str, program: &str) -> Scene {
     let files = [("scene.toml", scene), ("own.ngc", program)];
+    let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
+    Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap()
+}
+
+/// The same with a mesh file, `part.stl`.
+fn load_with(scene: &str, program: &str, triangles: &[Triangle]) -> Scene {
+    let facet = |t: &Triangle| {
+        let corners = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
+        format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    let stl = format!("solid\n{}endsolid\n", triangles.iter().map(facet).collect::<String>());
+    let files = [("scene.toml", scene), ("own.ngc", program), ("part.stl", &stl)];
     let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
     Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap()
 }
@@ -218,15 +230,26 @@ shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 }
 [program]
 file = "own.ngc"
 "#;
-    let certificate = certified(&load(scene, "G0 X20\nM2"));
-    assert!(certificate.blocks.values().all(|&verdict| verdict == Verdict::Unresolved), "{:?}", certificate.blocks);
-    accepted(&certificate, "inside");
+    let drawn = load(scene, "G0 X20\nM2");
+    let is_unresolved = |scene: &Scene, what: &str| {
+        let certificate = certified(scene);
+        let are = certificate.blocks.values().all(|&verdict| verdict == Verdict::Unresolved);
+        assert!(are, "{what}: {:?}", certificate.blocks);
+        accepted(&certificate, what);
+        certificate
+    };
+    let certificate = is_unresolved(&drawn, "inside");
     // Who claims that it is free is not believed: no plane parts a box from one around it.
     let claim = |line: &str| {
         if line.starts_with("open") { "free 1 0 p 16777216 0 0 900000000" } else { line }.to_owned() + "\n"
     };
     let claimed: String = certificate.text.lines().map(claim).collect();
     assert!(checked(&signed(&claimed)).is_err());
+    // Nor is it where nobody knows what the box encloses.
+    let shape = r#"shape = { kind = "rounded-box", size_mm = [100, 100, 100], fillet_mm = 0 }"#;
+    let outer = drawn.parts[0].mesh.triangles();
+    let read = scene.replace(shape, r#"mesh = "part.stl""#);
+    is_unresolved(&load_with(&read, "G0 X20\nM2", &outer[1..]), "inside an open box");
 }
 
 #[test]
@@ -267,15 +290,7 @@ start = {{ z_mm = 10 }}
         let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = {two} }}")), program);
         is_inside(&drawn, at);
         // From a file, where four triangles meet at the edge, and the side in common has the same triangles twice, wound against each other.
-        let facet = |t: bvbench::geometry::Triangle| {
-            let corners = t.corners.map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
-            format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
-        };
-        let facets: String = drawn.parts[0].mesh.triangles().into_iter().map(facet).collect();
-        let stl = format!("solid\n{facets}endsolid\n");
-        let files = [("scene.toml", scene("mesh = \"two.stl\"")), ("own.ngc", program.to_owned()), ("two.stl", stl)];
-        let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes()));
-        let read = Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap();
+        let read = load_with(&scene("mesh = \"part.stl\""), program, &drawn.parts[0].mesh.triangles());
         assert!(read.parts[0].mesh.edge_report().is_watertight());
         is_inside(&read, "from a file");
     }

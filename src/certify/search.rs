@@ -273,7 +273,7 @@ impl<'a> Search<'a> {
     }
 
     /// Surfaces that do not touch may be of solids of which one is inside the other. Where the hulls of both are parted at some time, neither is as long as the surfaces
-    /// do not meet; elsewhere it is looked at once for each stretch.
+    /// do not meet; elsewhere it is looked at once for each stretch. What is within the bounds of a mesh that is not watertight may be inside it.
     fn open_what_is_inside(&mut self) {
         let mut first = 0;
         while first < self.entries.len() {
@@ -322,7 +322,7 @@ impl<'a> Search<'a> {
     fn is_inside_at(&self, entry: &Entry) -> bool {
         let Some(region) = self.track.region(entry.from, entry.to) else { return true };
         let sweep = self.motion.sweep(&region, self.track.control, self.link_from_part);
-        Solid::one_in_the_other(self.solids[0], self.solids[1], &sweep.a_from_b)
+        Solid::one_in_the_other(self.solids[0], self.solids[1], &sweep.a_from_b, true)
     }
 }
 

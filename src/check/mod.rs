@@ -511,7 +511,7 @@ impl Bodies {
 
     /// Whether one part is wholly inside the other, given that their surfaces do not touch.
     fn one_in_the_other(&self, pair: Pair, a_from_b: &Isometry) -> bool {
-        Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b)
+        Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
     /// Parts that are not watertight, in order.

@@ -33,8 +33,9 @@ impl Solid {
     }
 
     /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`. Their surfaces must not touch
-    /// there. Exact, like [`super::Verdict::contained`].
-    pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry) -> bool {
+    /// there. Exact, like [`super::Verdict::contained`]; `of_open` is the answer about a component within the bounds of a mesh that is not
+    /// watertight.
+    pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry, of_open: bool) -> bool {
         let mover = Mover::new(a_from_b, &b.bounds);
         let moved = mover.bounds(&b.bounds);
         if !a.bounds.overlap(&moved) {
@@ -42,10 +43,11 @@ impl Solid {
         }
         let placement = Placement::new(a_from_b);
         a.representatives.iter().filter(|point| moved.contains(point)).any(|point| {
-            b.tree().is_some_and(|b| is_inside(point, b, |bounds| mover.bounds(bounds), |t| placement.triangle(t)))
+            let in_b = |b: &BoxTree| is_inside(point, b, |bounds| mover.bounds(bounds), |t| placement.triangle(t));
+            b.tree().map_or(of_open, in_b)
         }) || b.representatives.iter().map(|point| placement.point(point)).any(|point| {
             let in_a = |a: &BoxTree| is_inside(&point, a, |bounds| *bounds, |triangle| *triangle);
-            a.bounds.contains(&point) && a.tree().is_some_and(in_a)
+            a.bounds.contains(&point) && a.tree().map_or(of_open, in_a)
         })
     }
 
@@ -66,12 +68,17 @@ impl Solid {
     }
 }
 
-/// One vertex of each connected component of a mesh, mm.
+/// The first vertex by X, then Y, then Z of each connected component of a mesh, mm. The certificate checker asks about the same ones: of a mesh that is
+/// not watertight the answer depends on the vertex.
 pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
     let (component_of, components) = mesh.components();
-    let mut found = vec![None; components];
+    let mut found: Vec<Option<Point>> = vec![None; components];
+    let is_before = |p: Point, q: Point| [p.x, p.y, p.z] < [q.x, q.y, q.z];
     for (face, &component) in mesh.faces().iter().zip(&component_of) {
-        found[component as usize].get_or_insert(mesh.vertices()[face[0] as usize]);
+        let first = &mut found[component as usize];
+        for vertex in mesh.triangle(*face).corners {
+            *first = Some(first.filter(|first| !is_before(vertex, *first)).unwrap_or(vertex));
+        }
     }
     found.into_iter().flatten().collect()
 }
@@ -171,7 +178,10 @@ mod tests {
         let (a, b) = (Arc::new(a.clone()), Arc::new(b.clone()));
         let verdict = PairOracle::new(Arc::clone(&a), Arc::clone(&b)).judge(&pose);
         assert!(!verdict.touches());
-        assert_eq!(Solid::one_in_the_other(&Solid::new(a), &Solid::new(b), &pose), verdict.contained);
+        let (a, b) = (Solid::new(a), Solid::new(b));
+        assert_eq!(Solid::one_in_the_other(&a, &b, &pose, false), verdict.contained);
+        let are_closed = a.is_watertight() && b.is_watertight();
+        assert!(!are_closed || Solid::one_in_the_other(&a, &b, &pose, true) == verdict.contained);
         verdict.contained
     }
 
@@ -269,6 +279,14 @@ mod tests {
     fn an_open_mesh_contains_nothing() {
         let large = solids::block(8.0, 8.0, 8.0);
         let open = Mesh::new(large.vertices().to_vec(), large.faces()[1..].to_vec()).unwrap();
-        assert!(!contained(&open, &solids::block(2.0, 2.0, 2.0), [0.0; 3]));
+        let small = solids::block(2.0, 2.0, 2.0);
+        assert!(!contained(&open, &small, [0.0; 3]));
+        // What is within its bounds may be taken for inside.
+        let [open, small] = [open, small].map(|mesh| Solid::new(Arc::new(mesh)));
+        for (x, is_within) in [(0.0, true), (20.0, false)] {
+            let pose = Isometry::translation(x, 0.0, 0.0);
+            assert_eq!(Solid::one_in_the_other(&open, &small, &pose, true), is_within);
+            assert_eq!(Solid::one_in_the_other(&small, &open, &pose.inverse(), true), is_within);
+        }
     }
 }

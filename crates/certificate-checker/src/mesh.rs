@@ -62,6 +62,10 @@ fn hull(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| a[i].hull(b[i]))
 }
 
+fn are_apart(a: &V, b: &V) -> bool {
+    (0..3).any(|i| a[i].hi < b[i].lo || a[i].lo > b[i].hi)
+}
+
 impl Mesh {
     pub fn vertex(&mut self, words: &mut Words<'_>) -> Result<(), String> {
         let p: Point = [words.whole()?, words.whole()?, words.whole()?];
@@ -140,7 +144,7 @@ impl Mesh {
         if !work.take(1) {
             return None;
         }
-        if (0..3).any(|i| reach[i].hi < bounds[i].lo || reach[i].lo > bounds[i].hi) {
+        if are_apart(&reach, bounds) {
             return Some(0);
         }
         match node.halves() {
@@ -178,7 +182,7 @@ pub fn touch(a: &[V; 3], b: &[V; 3]) -> bool {
     pierces(a, b) || pierces(b, a)
 }
 
-/// Whether no part of `inner` lies inside `outer`, given that their surfaces do not meet.
+/// Whether no part of `inner` lies inside `outer`, given that their surfaces do not meet. Where `outer` has no inside, that is known beyond its box alone.
 pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose, work: &Work) -> bool {
     const WAYS: [[f64; 2]; 6] =
         [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
@@ -189,7 +193,8 @@ pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose, work: &Wo
         outer.leavings(outer.root(), [p, &end], work) == Some(0)
     };
     let mut points = inner.components.iter().map(|p| outer_from_inner.point(p));
-    !outer.has_inside || points.all(|p| WAYS.into_iter().any(|way| is_left(&p, way)))
+    let is_outside = |p: &V| outer.has_inside && WAYS.into_iter().any(|way| is_left(p, way));
+    points.all(|p| work.take(1) && (are_apart(&p, &outer.boxes[1]) || is_outside(&p)))
 }
 
 /// Reads planes and halvings; all of the first mesh must be behind its planes.

@@ -380,7 +380,7 @@ impl<'a> Look<'a> {
         let [share, whole] = &mut watched.proximity;
         let most = ask(share);
         let distance = if most <= bound && most > KEPT * bound { ask(whole) } else { most };
-        let inside = distance > 0.0 && Solid::one_in_the_other(&a.solid, &b.solid, &a_from_b);
+        let inside = distance > 0.0 && Solid::one_in_the_other(&a.solid, &b.solid, &a_from_b, false);
         let distance = if inside { 0.0 } else { distance };
         watched.last = Some((*there, poses.clone(), distance));
         distance

@@ -327,12 +327,18 @@ fn a_part_inside_the_other_is_not_free() {
     // The same, with the parts' names swapped.
     let swapped = nested(&b, &a, &front.replace('a', "b"), end);
     assert!(checked(&swapped).is_err());
-    // With a face missing, or one turned over, there is no inside.
+    // With a face missing, or one turned over, there is no inside, and only what is beyond the box of `a` is known to be outside.
     let open = a.replacen("f 0 1 3\n", "", 1);
     let mut planes = from_inside([0.0; 3], 20.0);
     planes.remove(0);
-    accepted(&nested(&open, &b, &leaves(11, &mut planes.clone().into_iter()), end));
-    accepted(&nested(&a.replacen("f 0 1 3\n", "f 1 0 3\n", 1), &b, &front, end));
+    refused_at(&nested(&open, &b, &leaves(11, &mut planes.clone().into_iter()), end), "end", inside);
+    let turned = a.replacen("f 0 1 3\n", "f 1 0 3\n", 1);
+    refused_at(&nested(&turned, &b, &front, end), "end", inside);
+    let above = corners([1.0, 2.0, 30.0], 2.0) + &faces(0, false);
+    for (a, count) in [(&open, 11), (&turned, 12)] {
+        let planes = vec!["p 0 0 16777216 335544321".to_owned(); count];
+        accepted(&nested(a, &above, &leaves(count, &mut planes.into_iter()), end));
+    }
     // Whatever has no area hides no inside: a face with a corner twice, or two that are each other's reverse. Vertices in one place are one, so that faces with
     // vertices of their own hide it no better.
     let mut planes = from_inside([0.0; 3], 20.0);
@@ -578,9 +584,11 @@ fn flights(count: usize) -> String {
         (0..count).map(|i| stair(i, shift)).chain(faces).collect::<String>()
     };
     let front = leaves(count, &mut std::iter::repeat_n("p 16777216 -16777216 0 -4194304".to_owned(), count));
-    let same: String = (2..=count).map(|to| format!("same {to} 0.000001\n")).collect();
+    let same: String = (2..count).map(|to| format!("same {to} 0.000001\n")).collect();
+    // Open meshes are outside one another where one plane parts them.
+    let last = format!("free {count} 0.000001 p 16777216 -16777216 0 -4194304");
     written(&format!(
-        "slide s - {PLAIN} X 1 0 0\npart a - fixture - {PLAIN}\n{}part b s holder - {PLAIN}\n{}{}pair a b examined\nfree 1 0.000001 {front}\n{same}",
+        "slide s - {PLAIN} X 1 0 0\npart a - fixture - {PLAIN}\n{}part b s holder - {PLAIN}\n{}{}pair a b examined\nfree 1 0.000001 {front}\n{same}{last}",
         mesh(1.0),
         mesh(0.0),
         "point 0 1\n".repeat(count)
