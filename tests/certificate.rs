@@ -250,6 +250,10 @@ file = "own.ngc"
     let outer = drawn.parts[0].mesh.triangles();
     let read = scene.replace(shape, r#"mesh = "part.stl""#);
     is_unresolved(&load_with(&read, "G0 X20\nM2", &outer[1..]), "inside an open box");
+    // In two bodies of opposite winding, neither of which is a cavity.
+    let turned = |t: &Triangle| Triangle::new(t.corners[0], t.corners[2], t.corners[1]).map(|p| p + 30.0 * Vector::x());
+    let both: Vec<Triangle> = outer.iter().copied().chain(outer.iter().map(turned)).collect();
+    is_unresolved(&load_with(&read, "G0 X20\nM2", &both), "inside two bodies");
 }
 
 #[test]

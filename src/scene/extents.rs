@@ -3,7 +3,7 @@
 use super::{Part, Scene};
 use crate::geometry::Point;
 use crate::machine::Poses;
-use crate::truth::stray_cavities;
+use crate::truth::stray_components;
 
 /// A part from a mesh file that is smaller than this across, mm, is more likely in metres or inches than in mm.
 const TINY_MM: f64 = 5.0;
@@ -82,10 +82,10 @@ impl Scene {
             } else if report.leaking > 0 {
                 warnings.push(format!("`{name}` is {report}: what lies wholly inside it is not found"));
             } else if report.inward > 0 {
-                let strays = stray_cavities(mesh);
+                let strays = stray_components(mesh).len();
                 if strays > 0 {
                     warnings.push(format!(
-                        "`{name}` has components that face inwards and are not wholly inside one that faces outwards ({strays}): turn their triangles round, or what lies inside them is misjudged"
+                        "`{name}` has components that face inwards and are not wholly inside one that faces outwards ({strays}): their volume is told as negative, and what they enclose counts as inside all the same"
                     ));
                 }
             }

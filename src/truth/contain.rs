@@ -2,7 +2,8 @@
 //!
 //! A vertex is inside the other mesh exactly when a ray from it along +x leaves that mesh more often than it enters. One vertex of each
 //! connected component is tested. Crossings are counted with their direction, not by parity alone, so that solids made of overlapping
-//! bodies have an interior too, and an inner shell that faces a cavity makes the cavity outside. The ray starts at (x, y + e, z + e²) for
+//! bodies have an interior too, and an inner shell that faces a cavity makes the cavity outside. Bodies of the other winding that are no
+//! cavity are turned round first ([`stray_components`]). The ray starts at (x, y + e, z + e²) for
 //! an infinitesimal e > 0, so it never meets an edge or a vertex. Where a projected edge passes exactly through the start, the sign of the
 //! first nonzero derivative decides (simulation of simplicity, Edelsbrunner and Mücke 1990). The test is exact. It is used only when the
 //! surfaces do not touch, so the start lies on no triangle.
@@ -21,7 +22,7 @@ pub struct Solid {
     bounds: Bounds,
     /// One vertex of each connected component, mm.
     representatives: Vec<Point>,
-    /// The tree over the mesh; `None` when the mesh is not watertight, and therefore contains nothing.
+    /// The tree over the mesh, stray components turned round; `None` when the mesh is not watertight, and therefore contains nothing.
     inside: OnceLock<Option<BoxTree>>,
 }
 
@@ -64,7 +65,7 @@ impl Solid {
     }
 
     fn tree(&self) -> Option<&BoxTree> {
-        self.inside.get_or_init(|| self.is_watertight().then(|| BoxTree::new(&self.mesh.triangles()))).as_ref()
+        self.inside.get_or_init(|| enclosing(&self.mesh).map(|triangles| BoxTree::new(&triangles))).as_ref()
     }
 }
 
@@ -83,22 +84,44 @@ pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
     found.into_iter().flatten().collect()
 }
 
-/// Closed components of a mesh that face inwards and have a vertex outside all closed components that face outwards. They bound no cavity: what
-/// they enclose outside counts as inside all the same, and what they enclose inside another component as outside.
-pub fn stray_cavities(mesh: &Mesh) -> usize {
+/// The triangles of a mesh in face order, [stray components](stray_components) turned round, so that what these enclose is inside; `None` when
+/// the mesh is not watertight.
+pub(super) fn enclosing(mesh: &Mesh) -> Option<Vec<Triangle>> {
+    let report = mesh.surface_report();
+    if report.leaking > 0 {
+        return None;
+    }
+    let mut triangles = mesh.triangles();
+    if (1..report.components).contains(&report.inward) {
+        let strays = stray_components(mesh);
+        for (triangle, component) in triangles.iter_mut().zip(mesh.components().0) {
+            if strays.contains(&component) {
+                triangle.corners.swap(1, 2);
+            }
+        }
+    }
+    Some(triangles)
+}
+
+/// Closed components of a mesh that face against the mesh as a whole and have a vertex outside all that face with it: bodies of the other winding,
+/// and not cavities.
+pub fn stray_components(mesh: &Mesh) -> Vec<u32> {
     let (component_of, components) = mesh.components();
     let mut triangles = vec![Vec::new(); components];
     for (triangle, &component) in mesh.triangles().into_iter().zip(&component_of) {
         triangles[component as usize].push(triangle);
     }
-    let closed = triangles.into_iter().filter_map(|triangles| Mesh::from_triangles(&triangles).ok());
-    let closed = closed.filter(|component| component.edge_report().is_watertight());
-    let (inward, outward): (Vec<Mesh>, Vec<Mesh>) = closed.partition(|component| component.signed_volume() < 0.0);
-    let outward: Vec<Triangle> = outward.iter().flat_map(Mesh::triangles).collect();
-    let Ok(outward) = Mesh::from_triangles(&outward) else { return inward.len() };
-    let outward = Solid::new(Arc::new(outward));
-    let is_stray = |cavity: &&Mesh| !cavity.vertices().iter().all(|vertex| outward.holds(vertex));
-    inward.iter().filter(is_stray).count()
+    let closed =
+        (0..).zip(triangles).filter_map(|(number, triangles)| Some((number, Mesh::from_triangles(&triangles).ok()?)));
+    let closed = closed.filter(|(_, component)| component.edge_report().is_watertight());
+    let is_inside_out = mesh.signed_volume() < 0.0;
+    let is_against = |(_, component): &(u32, Mesh)| (component.signed_volume() < 0.0) != is_inside_out;
+    let (against, with): (Vec<(u32, Mesh)>, Vec<(u32, Mesh)>) = closed.partition(is_against);
+    let with: Vec<Triangle> = with.iter().flat_map(|(_, component)| component.triangles()).collect();
+    let with = Mesh::from_triangles(&with).ok().map(|mesh| Solid::new(Arc::new(mesh)));
+    let is_held = |vertex: &Point| with.as_ref().is_some_and(|with| with.holds(vertex));
+    let strays = against.iter().filter(|(_, component)| !component.vertices().iter().all(is_held));
+    strays.map(|(number, _)| *number).collect()
 }
 
 impl PairOracle {
@@ -199,30 +222,38 @@ mod tests {
         assert!(contained(&overlapping, &ball, [1.5, 0.0, 0.0]));
         assert!(contained(&overlapping, &ball, [5.5, 0.0, 0.0]));
         assert!(!contained(&overlapping, &ball, [9.5, 0.0, 0.0]));
-        // A block of 6 cut out of one of 8.
-        let facing_in: Vec<Triangle> = solids::block(6.0, 6.0, 6.0)
-            .triangles()
-            .iter()
-            .map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1]))
-            .collect();
-        assert!(!contained(&both(&large, &facing_in, 0.0), &ball, [0.5, 0.0, 0.0]));
+        // A block of 6 cut out of one of 8, and the same inside out as a whole.
+        let small = solids::block(6.0, 6.0, 6.0);
+        assert!(!contained(&both(&large, &turned(&small), 0.0), &ball, [0.5, 0.0, 0.0]));
+        let inside_out = Mesh::from_triangles(&turned(&large)).unwrap();
+        assert!(!contained(&both(&inside_out, &small.triangles(), 0.0), &ball, [0.5, 0.0, 0.0]));
+        // A body of the other winding is no cavity: as large as the first, smaller, and larger.
+        for other in [8.0, 7.0, 9.0].map(|size| solids::block(size, size, size)) {
+            let mixed = both(&large, &turned(&other), 3.0);
+            for (x, is_inside) in [(1.5, true), (5.25, true), (-2.7, true), (9.5, false)] {
+                assert_eq!(contained(&mixed, &ball, [x, 0.0, 0.0]), is_inside, "{x}");
+            }
+        }
+    }
+
+    /// The triangles inside out.
+    fn turned(mesh: &Mesh) -> Vec<Triangle> {
+        mesh.triangles().iter().map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1])).collect()
     }
 
     #[test]
     fn inward_components_are_strays_outside_outward_ones() {
-        let turned = |size: f64| -> Vec<Triangle> {
-            let block = solids::block(size, size, size).triangles();
-            block.iter().map(|t| Triangle::new(t.corners[0], t.corners[2], t.corners[1])).collect()
-        };
+        let turned = turned(&solids::block(6.0, 6.0, 6.0));
+        let strays_of = |mesh: &Mesh| stray_components(mesh).len();
         let large = solids::block(8.0, 8.0, 8.0);
-        assert_eq!(stray_cavities(&large), 0);
-        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 0.0)), 0);
-        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 20.0)), 1);
-        assert_eq!(stray_cavities(&both(&large, &turned(6.0), 3.0)), 1, "partly inside");
+        assert_eq!(strays_of(&large), 0);
+        assert_eq!(strays_of(&both(&large, &turned, 0.0)), 0);
+        assert_eq!(strays_of(&both(&large, &turned, 20.0)), 1);
+        assert_eq!(strays_of(&both(&large, &turned, 3.0)), 1, "partly inside");
         // A second body about the stray one makes it a cavity.
         let second = both(&large, &large.triangles(), 20.0);
-        assert_eq!(stray_cavities(&both(&second, &turned(6.0), 20.0)), 0);
-        assert_eq!(stray_cavities(&Mesh::from_triangles(&turned(6.0)).unwrap()), 1);
+        assert_eq!(strays_of(&both(&second, &turned, 20.0)), 0);
+        assert_eq!(strays_of(&Mesh::from_triangles(&turned).unwrap()), 0, "inside out as a whole");
     }
 
     #[test]

@@ -27,7 +27,7 @@ mod solids;
 
 pub use cache::{CacheError, TruthCache, TruthKey};
 pub use clearance::Sought;
-pub use contain::{Solid, stray_cavities};
+pub use contain::{Solid, stray_components};
 pub use judge::{Judgement, Verdict, judge_all};
 pub use path::path_depths;
 
@@ -59,10 +59,11 @@ struct Side {
 
 impl Side {
     fn new(mesh: Arc<Mesh>) -> Self {
+        let enclosing = contain::enclosing(&mesh);
         Self {
-            tree: BoxTree::new(&mesh.triangles()),
+            watertight: enclosing.is_some(),
+            tree: BoxTree::new(&enclosing.unwrap_or_else(|| mesh.triangles())),
             representatives: contain::representatives(&mesh),
-            watertight: mesh.edge_report().is_watertight(),
             mesh,
         }
     }
