@@ -185,7 +185,7 @@ impl Checker {
     fn begin_proof(&mut self) -> Checked {
         let Stated { machine, parts, .. } = &mut self.stated;
         for part in parts {
-            part.mesh.finish().map_err(|why| format!("{}: {why}", part.name))?;
+            part.mesh.finish(&self.work).map_err(|why| format!("{}: {why}", part.name))?;
         }
         if machine.steps.is_empty() || !self.work.take(LINK * machine.steps.len() * machine.links.len()) {
             return Err("there is no path".to_owned());

@@ -3,13 +3,17 @@
 use crate::Work;
 use crate::interval::{I, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::Words;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Neg;
 
 /// Steps of the grid in a mm.
 const STEPS: f64 = 67_108_864.0; // 2^26
 /// Largest coordinate: 4096 mm. Numbers of 38 bits are exact in mm.
 const LIMIT: u64 = 1 << 38;
+
+/// Directions of rays, in Y and Z for 1 in X.
+const WAYS: [[f64; 2]; 6] =
+    [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
 
 /// A point of the grid.
 type Point = [i64; 3];
@@ -26,6 +30,8 @@ pub struct Mesh {
     pub centre: V,
     pub radius: I,
     has_inside: bool,
+    /// How often a ray through a face counts: -1 where its component faces against the whole mesh and is no cavity, so that what that encloses is inside.
+    weights: Vec<i32>,
     /// One vertex of each connected component, mm.
     components: Vec<V>,
 }
@@ -80,8 +86,8 @@ impl Mesh {
         if face.contains(&None) { Err("no such vertex".to_owned()) } else { Ok(()) }
     }
 
-    /// Boxes around nodes, a ball around all, and whether there is an inside.
-    pub fn finish(&mut self) -> Result<(), String> {
+    /// Boxes around nodes, a ball around all, and what is inside.
+    pub fn finish(&mut self, work: &Work) -> Result<(), String> {
         if self.faces.is_empty() {
             return Err("a mesh without a face".to_owned());
         }
@@ -90,7 +96,9 @@ impl Mesh {
         let away = |p: &Point| norm(&minus(&mm(p), &self.centre)).hi;
         self.radius = I::of(self.faces.iter().flatten().map(away).fold(0.0, f64::max));
         self.has_inside = is_closed(&self.faces);
-        self.components = self.components();
+        let first = self.components();
+        self.components = first.iter().filter(|(p, first)| p == first).map(|(p, _)| mm(p)).collect();
+        self.weigh(&first, work);
         Ok(())
     }
 
@@ -122,16 +130,36 @@ impl Mesh {
         work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
-    fn components(&self) -> Vec<V> {
+    /// Sets the weights; `first` is the first vertex of the component of each.
+    fn weigh(&mut self, first: &BTreeMap<Point, Point>, work: &Work) {
+        let mut volumes = BTreeMap::<Point, i128>::new();
+        for face in &self.faces {
+            let ([a, b, c], sum) = (face.map(|p| p.map(i128::from)), volumes.entry(first[&face[0]]).or_default());
+            let volume = |i: usize, j: usize, k: usize| a[i] * (b[j] * c[k] - b[k] * c[j]);
+            *sum = sum.wrapping_add(volume(0, 1, 2) + volume(1, 2, 0) + volume(2, 0, 1));
+        }
+        // Rays do not see a body that is there both ways round.
+        self.has_inside &= volumes.values().all(|volume| *volume != 0);
+        let is_inside_out = volumes.values().fold(0, |sum: i128, volume| sum.wrapping_add(*volume)) < 0;
+        let is_against = |p: &Point| (volumes[&first[p]] < 0) != is_inside_out;
+        self.weights = self.faces.iter().map(|[p, ..]| i32::from(!is_against(p))).collect();
+        let is_stray = |&p: &&Point| is_against(p) && matches!(self.leaves(&mm(p), work), None | Some(0));
+        let strays: BTreeSet<Point> = first.keys().filter(is_stray).map(|p| first[p]).collect();
+        let weight = |[p, ..]: &[Point; 3]| if strays.contains(&first[p]) { -1 } else { 1 };
+        self.weights = self.faces.iter().map(weight).collect();
+    }
+
+    /// The first vertex of the component of each.
+    fn components(&self) -> BTreeMap<Point, Point> {
         let mut beside = BTreeMap::<Point, Vec<Point>>::new();
         for face in &self.faces {
             (0..3).for_each(|k| beside.entry(face[k]).or_default().push(face[(k + 1) % 3]));
         }
-        let mut found = Vec::new();
+        let mut found = BTreeMap::new();
         while let Some((&first, _)) = beside.first_key_value() {
-            found.push(mm(&first));
             let mut open = vec![first];
             while let Some(p) = open.pop() {
+                found.insert(p, first);
                 open.append(&mut beside.remove(&p).unwrap_or_default());
             }
         }
@@ -149,8 +177,17 @@ impl Mesh {
         }
         match node.halves() {
             Some([one, other]) => Some(self.leavings(one, edge, work)? + self.leavings(other, edge, work)?),
-            None => crossing(edge, &self.triangle(node.low)?),
+            None if self.weights[node.low] == 0 => Some(0),
+            None => Some(self.weights[node.low] * crossing(edge, &self.triangle(node.low)?)?),
         }
+    }
+
+    /// The same of a ray from a point to 1 mm beyond the last face, by the first way that decides.
+    fn leaves(&self, p: &V, work: &Work) -> Option<i32> {
+        WAYS.into_iter().find_map(|[y, z]| {
+            let way = times(&[1.0, y, z].map(I::of), I::of(self.boxes[1][0].hi + 1.0) - p[0]);
+            self.leavings(self.root(), [p, &plus(p, &way)], work)
+        })
     }
 }
 
@@ -184,16 +221,8 @@ pub fn touch(a: &[V; 3], b: &[V; 3]) -> bool {
 
 /// Whether no part of `inner` lies inside `outer`, given that their surfaces do not meet. Where `outer` has no inside, that is known beyond its box alone.
 pub fn is_outside(inner: &Mesh, outer: &Mesh, outer_from_inner: &Pose, work: &Work) -> bool {
-    const WAYS: [[f64; 2]; 6] =
-        [[0.0123, 0.0271], [-0.0317, 0.0071], [0.0557, -0.0413], [-0.071, -0.0887], [0.213, 0.151], [-0.317, 0.273]];
-    // A ray to 1 mm beyond the last face.
-    let is_left = |p: &V, [y, z]: [f64; 2]| {
-        let way = [1.0, y, z].map(I::of);
-        let end = plus(p, &times(&way, I::of(outer.boxes[1][0].hi + 1.0) - p[0]));
-        outer.leavings(outer.root(), [p, &end], work) == Some(0)
-    };
     let mut points = inner.components.iter().map(|p| outer_from_inner.point(p));
-    let is_outside = |p: &V| outer.has_inside && WAYS.into_iter().any(|way| is_left(p, way));
+    let is_outside = |p: &V| outer.has_inside && outer.leaves(p, work) == Some(0);
     points.all(|p| work.take(1) && (are_apart(&p, &outer.boxes[1]) || is_outside(&p)))
 }
 

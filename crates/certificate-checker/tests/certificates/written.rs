@@ -356,6 +356,16 @@ fn a_part_inside_the_other_is_not_free() {
     let hollow = corners([0.0; 3], 30.0) + &corners([0.0; 3], 20.0) + &faces(8, true) + &faces(0, false);
     let planes: Vec<String> = [from_inside([0.0; 3], 20.0), from_inside([0.0; 3], 30.0)].concat();
     accepted(&nested(&hollow, &b, &leaves(24, &mut planes.clone().into_iter()), end));
+    // A body of the other winding is no cavity, smaller or larger: in both, and in that body alone.
+    for half in [15.0, 25.0] {
+        let mixed = corners([0.0; 3], 20.0) + &corners([0.0, 12.0, 0.0], half) + &faces(0, false) + &faces(8, true);
+        for (y, first) in [(2.0, from_inside([0.0; 3], 20.0)), (23.5, vec!["p 0 16777216 0 335544321".to_owned(); 12])]
+        {
+            let b = corners([1.0, y, 3.0], 2.0) + &faces(0, false);
+            let planes = [first, from_inside([0.0, 12.0, 0.0], half)].concat();
+            refused_at(&nested(&mixed, &b, &leaves(24, &mut planes.into_iter()), end), "end", inside);
+        }
+    }
     // With a cavity that is no cavity, it is.
     let solid = corners([0.0; 3], 30.0) + &corners([0.0; 3], 20.0) + &faces(8, false) + &faces(0, false);
     refused_at(&nested(&solid, &b, &leaves(24, &mut planes.into_iter()), end), "end", inside);
