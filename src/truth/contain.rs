@@ -69,12 +69,17 @@ impl Solid {
     }
 }
 
-/// One vertex of each connected component of a mesh, mm.
+/// The first vertex by X, then Y, then Z of each connected component of a mesh, mm. The certificate checker asks about the same ones: of a mesh that is
+/// not watertight the answer depends on the vertex.
 pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
     let (component_of, components) = mesh.components();
-    let mut found = vec![None; components];
+    let mut found: Vec<Option<Point>> = vec![None; components];
+    let is_before = |p: Point, q: Point| [p.x, p.y, p.z] < [q.x, q.y, q.z];
     for (face, &component) in mesh.faces().iter().zip(&component_of) {
-        found[component as usize].get_or_insert(mesh.vertices()[face[0] as usize]);
+        let first = &mut found[component as usize];
+        for vertex in mesh.triangle(*face).corners {
+            *first = Some(first.filter(|first| !is_before(vertex, *first)).unwrap_or(vertex));
+        }
     }
     found.into_iter().flatten().collect()
 }
