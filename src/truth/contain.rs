@@ -116,7 +116,7 @@ pub fn stray_components(mesh: &Mesh) -> Vec<u32> {
     let closed = closed.filter(|(_, component)| component.edge_report().is_watertight());
     let is_inside_out = mesh.signed_volume() < 0.0;
     let is_against = |(_, component): &(u32, Mesh)| (component.signed_volume() < 0.0) != is_inside_out;
-    let (against, with): (Vec<(u32, Mesh)>, Vec<(u32, Mesh)>) = closed.partition(is_against);
+    let (against, with) = closed.partition::<Vec<_>, _>(is_against);
     let with: Vec<Triangle> = with.iter().flat_map(|(_, component)| component.triangles()).collect();
     let with = Mesh::from_triangles(&with).ok().map(|mesh| Solid::new(Arc::new(mesh)));
     let is_held = |vertex: &Point| with.as_ref().is_some_and(|with| with.holds(vertex));
