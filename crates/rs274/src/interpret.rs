@@ -385,9 +385,10 @@ impl<'a> Interpreter<'a> {
                 Some(at + 1)
             }
             _ => {
-                let first_move = self.moves.len();
+                let (first_move, start) = (self.moves.len(), self.position);
                 self.obey_motion(&values)?;
                 self.note_start_of_spindle(&values, first_move);
+                self.note_turned_table(&values, &start);
                 None
             }
         };

@@ -6,6 +6,7 @@
 
 use super::affine::Affine;
 use super::canonical::{Axis, MoveKind, Position};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::kinematics::TipKinematics;
@@ -14,6 +15,9 @@ use super::offsets::{Values9, from_canonical, to_canonical};
 
 /// A rotary axis nearer than this to zero is at zero, degrees.
 const AT_ZERO_DEG: f64 = 1e-9;
+
+/// Note on tool-centre-point control that begins on a turned table.
+const TURNED_TABLE: &str = "G43.4 or G43.5 while the table is turned: Fanuc's controls (parameter 19696#5 at 0) take X, Y and Z from then on in the work coordinates as they lie on the table turned so; they are taken here as if the table stood at zero";
 
 impl Interpreter<'_> {
     /// From now on the position is the tip's. A move that goes nowhere marks the change.
@@ -47,12 +51,8 @@ impl Interpreter<'_> {
         shift: f64,
         seen: impl Fn(&dyn TipKinematics, &Position) -> Result<Position, String>,
     ) -> Result<Values9, Fault> {
-        // Whole turns are zero to everything that turns.
-        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
-        let turned =
-            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
         let mut position = self.position;
-        if !turned {
+        if !Axis::ALL.into_iter().any(|axis| is_turned(axis, &position)) {
             position[Axis::Z as usize] += shift;
             return Ok(position);
         }
@@ -62,6 +62,18 @@ impl Interpreter<'_> {
             position[axis as usize] = seen[axis];
         }
         Ok(position)
+    }
+
+    /// Notes that Fanuc's tool-centre-point control begins in a block at whose `start` or end an axis of the table is turned.
+    pub(super) fn note_turned_table(&mut self, values: &Values, start: &Values9) {
+        let begins =
+            matches!(values.number(Group::ToolLength), Some(434 | 435)) && self.setup.dialect == Dialect::Fanuc;
+        let Some(machine) = self.setup.kinematics.as_ref().filter(|_| begins) else { return };
+        let end = self.position;
+        let is_off = |axis| machine.0.turns_work(axis) && (is_turned(axis, start) || is_turned(axis, &end));
+        if Axis::ALL.into_iter().any(is_off) {
+            self.note_unknown(TURNED_TABLE.to_owned());
+        }
     }
 
     /// The machine, which this code needs.
@@ -162,6 +174,12 @@ impl Interpreter<'_> {
         self.offsets.local = None;
         Ok(())
     }
+}
+
+/// Whether a rotary axis is off whole turns, which are zero to everything that turns.
+fn is_turned(axis: Axis, position: &Values9) -> bool {
+    let degrees = position[axis as usize];
+    axis.is_rotary() && (degrees - 360.0 * (degrees / 360.0).round()).abs() > AT_ZERO_DEG
 }
 
 /// Refuses a P other than 0.

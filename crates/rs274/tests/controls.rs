@@ -2,7 +2,8 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, MoveKind, Position, Setup, Tool, Units, UserCode, interpret};
+use rs274::{Axis, Dialect, Kinematics, MoveKind, Position, Setup, TipKinematics, Tool, Units, UserCode, interpret};
+use std::sync::Arc;
 use support::{assert_ends, assert_near, ends, refused, run};
 
 fn linuxcnc() -> Setup {
@@ -39,6 +40,64 @@ fn assert_end(source: &str, setup: &Setup, expected: [f64; 3]) {
 
 fn notes(source: &str, setup: &Setup) -> String {
     run(source, setup).notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// A table that A turns about the machine's X axis.
+#[derive(Debug)]
+struct TiltingTable;
+
+impl TipKinematics for TiltingTable {
+    fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String> {
+        let below = Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Ok(turned(&Position(std::array::from_fn(|i| axes.0[i] - below.0[i])), axes[Axis::A]))
+    }
+
+    fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String> {
+        let mut axes = turned(tip, -tip[Axis::A]);
+        axes[Axis::Z] += length_mm;
+        Ok(axes)
+    }
+
+    fn orient(&self, _: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String> {
+        Ok((*axes, None))
+    }
+
+    fn turns_work(&self, axis: Axis) -> bool {
+        axis == Axis::A
+    }
+}
+
+/// Y and Z of a position turned by an angle about X.
+fn turned(position: &Position, angle: f64) -> Position {
+    let (sin, cos) = angle.sin_cos();
+    let (y, z) = (position[Axis::Y], position[Axis::Z]);
+    let mut turned = *position;
+    (turned[Axis::Y], turned[Axis::Z]) = (y * cos - z * sin, y * sin + z * cos);
+    turned
+}
+
+fn with_table(setup: Setup) -> Setup {
+    Setup { kinematics: Some(Kinematics(Arc::new(TiltingTable))), ..setup }
+}
+
+#[test]
+fn tip_control_that_begins_on_a_turned_table_is_told() {
+    for (source, is_told) in [
+        ("G0Z90.A30.\nG43.4H1", true),
+        ("G43.4H1G0Z90.A30.", true),
+        ("G0Z90.A30.\nG43.5H1A0.", true),
+        ("G91G0Z90.A30.\nG90G43.4H1A30.", true),
+        ("G43.4H1G0Z90.\nA30.", false),
+        ("G0Z90.A360.B10.\nG43.4H1", false),
+        ("G0Z90.A30.\nG43H1", false),
+    ] {
+        let has_note = |setup: Setup| {
+            let program = run(&format!("{source}\nM30"), &with_table(setup));
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("while the table is turned"))
+        };
+        assert_eq!(has_note(fanuc()), is_told, "{source}");
+        assert!(!has_note(linuxcnc()), "{source}");
+    }
 }
 
 #[test]
