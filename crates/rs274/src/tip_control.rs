@@ -130,6 +130,10 @@ impl Interpreter<'_> {
                 code.fault(Cause::NotAllowed("a tilted plane under tool-centre-point control; G49 cancels that"))
             );
         }
+        if self.transforms.are_on() {
+            let why = "a tilted plane in turned, scaled or mirrored coordinates; cancel those first (G69, G50, G50.1)";
+            return Err(code.fault(Cause::NotAllowed(why)));
+        }
         check_p0(values, "a tilted plane by other than Euler's angles (P0)")?;
         self.untransform(code)?;
         let origin = [Axis::X, Axis::Y, Axis::Z].map(|axis| self.take_axis(values, axis).unwrap_or(0.0));

@@ -539,6 +539,19 @@ fn g92_in_a_tilted_plane_sets_the_reading_and_moves_nothing() {
 }
 
 #[test]
+fn a_tilted_plane_does_not_drop_a_turn_a_scale_or_a_mirror() {
+    for setup in [fanuc(), haas()] {
+        for (on, off) in [("G51.1X0", "G50.1"), ("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50")] {
+            let why = "a tilted plane in turned, scaled or mirrored coordinates";
+            assert_refused(&format!("{on}\nG68.2X0Y0Z0I0J0K0\nM30"), &setup, "2:1", why);
+            assert_end(&format!("{on}\n{off}\nG68.2X1.Y0Z0I0J0K0\nG0X5.\nM30"), &setup, [6.0, 0.0, 0.0]);
+            let why = "turned, scaled or mirrored coordinates in a tilted plane";
+            assert_refused(&format!("G68.2X0Y0Z0I0J0K0\n{on}\nM30"), &setup, "2:1", why);
+        }
+    }
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
