@@ -305,14 +305,9 @@ impl Interpreter<'_> {
             Some(920) if self.setup.dialect.is_fanuc_like() && !values.has_axis() => Ok(()),
             Some(280) => self.go_home(values, HOME),
             Some(300) => self.go_home(values, SECOND_HOME),
-            Some(281) => {
-                let position = self.position;
-                self.store(HOME, &position);
-                Ok(())
-            }
-            Some(301) => {
-                let position = self.position;
-                self.store(SECOND_HOME, &position);
+            Some(code @ (281 | 301)) => {
+                let place = self.axes_of(&self.position).map_err(|cause| self.fault_at(values, Group::NonModal, cause));
+                self.store(if code == 281 { HOME } else { SECOND_HOME }, &place?);
                 Ok(())
             }
             Some(code @ (520 | 920..=923)) => self.shift(values, code),

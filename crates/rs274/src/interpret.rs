@@ -17,7 +17,7 @@ use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
-use super::parameters::Parameters;
+use super::parameters::{Parameters, UNKNOWN};
 use super::profile_cycle::is_profile_cycle;
 use super::setup::{Setup, Units};
 use super::source::{self, Source};
@@ -441,7 +441,9 @@ impl<'a> Interpreter<'a> {
         // LinuxCNC's places are radii under G7, too.
         let halved = self.setup.dialect.is_fanuc_like();
         let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
-        let absolute: Values9 = std::array::from_fn(|i| in_units(i, position[i], false));
+        let unknown = |i: usize| if Axis::ALL[i].is_rotary() { position[i] } else { UNKNOWN };
+        let axes = self.axes_of(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
+        let absolute: Values9 = std::array::from_fn(|i| in_units(i, axes[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {
             Plane::Xy => 170.0,
@@ -502,7 +504,7 @@ impl<'a> Interpreter<'a> {
             } else {
                 (relative, relative)
             };
-            self.refresh_variables(&position, &end, &now);
+            self.refresh_variables(&axes, &end, &now);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();

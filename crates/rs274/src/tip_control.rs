@@ -28,7 +28,8 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed(why)));
         }
         let length = tool[Axis::Z as usize];
-        self.position = self.through_machine(code, -length, |machine, axes| machine.tip(axes, length))?;
+        let tip = self.through_machine(&self.position, -length, |machine, axes| machine.tip(axes, length));
+        self.position = tip.map_err(|cause| code.fault(cause))?;
         self.offsets.tool = [0.0; 9];
         self.tip_mm = Some(length);
         self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
@@ -37,27 +38,34 @@ impl Interpreter<'_> {
     /// The position is the axes' again, the tool's length an offset again.
     pub(super) fn leave_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
         let Some(length) = self.tip_mm else { return Ok(()) };
-        self.position = self.through_machine(code, length, |machine, tip| machine.axes(tip, length))?;
+        self.position = self.axes_of(&self.position).map_err(|cause| code.fault(cause))?;
         self.tip_mm = None;
         self.has_tool_vectors = false;
         self.offsets.tool[Axis::Z as usize] = length;
         self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
     }
 
-    /// The position seen the other way: `shift` along Z while the rotary axes are at zero, else as the machine says.
+    /// Axis positions of a position, which under tool-centre-point control is the tip's.
+    pub(super) fn axes_of(&self, position: &Values9) -> Result<Values9, Cause> {
+        match self.tip_mm {
+            Some(length) => self.through_machine(position, length, |machine, tip| machine.axes(tip, length)),
+            None => Ok(*position),
+        }
+    }
+
+    /// A position seen the other way: `shift` along Z while the rotary axes are at zero, else as the machine says.
     fn through_machine(
         &self,
-        code: &Code,
+        position: &Values9,
         shift: f64,
         seen: impl Fn(&dyn TipKinematics, &Position) -> Result<Position, String>,
-    ) -> Result<Values9, Fault> {
-        let mut position = self.position;
+    ) -> Result<Values9, Cause> {
+        let mut position = *position;
         if !Axis::ALL.into_iter().any(|axis| is_turned(axis, &position)) {
             position[Axis::Z as usize] += shift;
             return Ok(position);
         }
-        let machine = self.machine(code)?;
-        let seen = seen(machine, &to_canonical(&self.position)).map_err(|why| code.fault(Cause::Machine(why)))?;
+        let seen = seen(self.machine()?, &to_canonical(&position)).map_err(Cause::Machine)?;
         for axis in [Axis::X, Axis::Y, Axis::Z] {
             position[axis as usize] = seen[axis];
         }
@@ -76,10 +84,10 @@ impl Interpreter<'_> {
         }
     }
 
-    /// The machine, which this code needs.
-    fn machine(&self, code: &Code) -> Result<&dyn TipKinematics, Fault> {
+    /// The machine, or why nothing is known of it.
+    fn machine(&self) -> Result<&dyn TipKinematics, Cause> {
         let why = "this while rotary axes are not at zero needs to know the machine: a scene with `[program.tool_centre_point]`";
-        self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or_else(|| code.fault(Cause::NotAllowed(why)))
+        self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or(Cause::NotAllowed(why))
     }
 
     /// Does something in axis positions, also under tool-centre-point control.
@@ -113,7 +121,7 @@ impl Interpreter<'_> {
 
     /// Turns the rotary axes of a position such that the tool points along `vector`. Returns the other positions that would do.
     fn orient(&self, code: &Code, vector: [f64; 3], position: &mut Values9) -> Result<Option<Values9>, Fault> {
-        let machine = self.machine(code)?;
+        let machine = self.machine().map_err(|cause| code.fault(cause))?;
         let turned = machine.orient(vector, &to_canonical(&self.position));
         let (turned, other) = turned.map_err(|why| code.fault(Cause::Machine(why)))?;
         let turned = from_canonical(&turned);

@@ -539,6 +539,36 @@ fn g92_in_a_tilted_plane_sets_the_reading_and_moves_nothing() {
 }
 
 #[test]
+fn the_axes_place_is_to_be_had_while_the_tip_is_led() {
+    // The axes stand where they stood before: at Z 150, turned by A or not.
+    for (led, leaves) in
+        [("G43H1", "G49"), ("G43.4H1", "G49"), ("G43H1\nG68.2X0Y0Z0I0J0K0", "G69\nG49"), ("A30.\nG43.4H1", "G49")]
+    {
+        let to = |setup: &Setup, code: &str, then: &str| {
+            assert_end(
+                &format!("G0X3.Y4.Z150.\n{led}\n{code}\n{leaves}\nG0X0Y0Z0\n{then}\nM30"),
+                setup,
+                [3.0, 4.0, 150.0],
+            );
+        };
+        for setup in [with_table(fanuc()), with_table(haas())] {
+            to(&setup, "#101=#5021\n#102=#5022\n#103=#5023", "G53G0X#101Y#102Z#103");
+        }
+        let setup = with_table(linuxcnc());
+        to(&setup, "#1=#<_abs_x>\n#2=#<_abs_y>\n#3=#<_abs_z>", "G53 G0 X#1 Y#2 Z#3");
+        to(&setup, "G28.1", "G28");
+        to(&setup, "G30.1", "G30");
+    }
+    // Without the machine they are known while nothing is turned.
+    assert_end("G43.4H1\nG0Z10.\n#101=#5023\nG49\nG53G0Z#101\nM30", &fanuc(), [0.0, 0.0, 60.0]);
+    let why = "where the axes stand under tool-centre-point control while rotary axes";
+    assert_refused("G43.4H1\nG0A30.\n#101=#5023\nM30", &fanuc(), "3:6", why);
+    assert_refused("G43.4 H1\nG0 A30\n#1=#<_abs_z>\nM2", &linuxcnc(), "3:4", why);
+    assert_end("G43.4H1\nG0A30.\n#101=#5024\nG0X#101\nM30", &fanuc(), [30.0, 0.0, -50.0]);
+    assert_refused("G43.4 H1\nG0 A30\nG28.1\nM2", &linuxcnc(), "3:1", "[program.tool_centre_point]");
+}
+
+#[test]
 fn a_tilted_plane_does_not_drop_a_turn_a_scale_or_a_mirror() {
     for setup in [fanuc(), haas()] {
         for (on, off) in [("G51.1X0", "G50.1"), ("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50")] {
