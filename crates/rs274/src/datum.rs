@@ -265,18 +265,20 @@ impl Interpreter<'_> {
             self.note_unknown(told.to_owned());
         }
         let Some(code) = values.code(Group::User) else { return Ok(()) };
-        ['p', 'q'].iter().for_each(|&letter| {
-            values.take(letter);
-        });
+        let [p, _] = ['p', 'q'].map(|letter| values.take(letter));
         match self.setup.user_codes.get(&code.number.unsigned_abs()) {
             Some(UserCode::TipOn) if self.tip_mm.is_none() => self.enter_tip_control(code),
             Some(UserCode::TipOff) => self.leave_tip_control(code),
+            // Without any S the speed is that of P.
             Some(UserCode::SpindleOn) => {
-                self.modes.spindle = Spindle::Clockwise;
+                match p.filter(|&speed| speed > 0.0 && self.modes.speed == 0.0) {
+                    Some(speed) => self.modes.driven_rpm[0] = speed,
+                    None => self.modes.spindle = Spindle::Clockwise,
+                }
                 Ok(())
             }
             Some(UserCode::SpindleOff) => {
-                self.modes.spindle = Spindle::Still;
+                (self.modes.spindle, self.modes.driven_rpm) = (Spindle::Still, [0.0; 2]);
                 Ok(())
             }
             _ => Ok(()),

@@ -189,6 +189,7 @@ impl<'a> Interpreter<'a> {
                 turning_feed: 0.0,
                 speed: 0.0,
                 spindle: Spindle::Still,
+                driven_rpm: [0.0; 2],
                 greatest_speed: None,
                 surface_mm_min: 0.0,
                 polar: false,
@@ -634,7 +635,23 @@ impl<'a> Interpreter<'a> {
             Some(5) if stops_behind == is_behind => self.modes.spindle = Spindle::Still,
             _ => {}
         }
+        if is_behind {
+            self.drive(values)?;
+        }
         if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
+    }
+
+    /// Haas's M133, M134, M135 (the driven tool forward, backward, off), and M143, M144, M145 (the sub spindle): P is the speed.
+    fn drive(&mut self, values: &Values) -> Result<(), Fault> {
+        let Some(code) = values.code(Group::Driven) else { return Ok(()) };
+        let speed = values.take('p').filter(|speed| *speed >= 0.0);
+        let missing = || code.fault(Cause::Missing("P, the speed, at least 0,"));
+        self.modes.driven_rpm[usize::from(code.number > 140)] = match code.number % 10 {
+            3 => speed.ok_or_else(missing)?,
+            4 => -speed.ok_or_else(missing)?,
+            _ => 0.0,
+        };
+        Ok(())
     }
 
     /// Notes that M3 or M4 of Fanuc's controls stands beside a feed move; the block's moves begin at the index `first_move`.

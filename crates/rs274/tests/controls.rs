@@ -870,6 +870,40 @@ fn a_machines_own_codes_may_turn_the_spindle() {
 }
 
 #[test]
+fn haass_lathes_turn_driven_tools_and_the_sub_spindle_at_the_speed_of_p() {
+    let haas_lathe = || Setup { dialect: Dialect::Haas, ..lathe() };
+    let speeds = |source: &str, setup: &Setup| {
+        run(&format!("{source}\nM30"), setup).moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>()
+    };
+    for (source, expected) in [
+        ("M133P2000\nG0X40.\nM135\nX50.", vec![2000.0, 0.0]),
+        ("G97S800M3\nG0X40.\nM5\nM134P2000\nX50.\nM135\nM3\nX60.", vec![800.0, -2000.0, 800.0]),
+        ("M143P900\nG0X40.\nM133P2000\nX50.\nM135\nX60.\nM145\nX70.", vec![900.0, 2000.0, 900.0, 0.0]),
+        ("M144P900\nS500M3\nG0X40.\nM145\nX50.", vec![500.0, 500.0]),
+        // They act behind the move of their block.
+        ("M133P2000G0X40.\nX50.M135\nX60.", vec![0.0, 2000.0, 0.0]),
+    ] {
+        assert_eq!(speeds(source, &haas_lathe()), expected, "{source}");
+    }
+    assert_refused("M133\nM30", &haas_lathe(), "1:1", "P, the speed, at least 0, is missing");
+    // A feed in mm each turn, and a thread, are of the sub spindle, whatever S was.
+    let feeds = run("S100\nM143P800\nG99G0X64.Z2.\nG1Z-30.F0.2\nG32Z-40.F2.\nM30", &haas_lathe());
+    let feeds: Vec<_> = feeds.moves.iter().filter_map(|step| step.feed_mm_min).collect();
+    assert_eq!(feeds, [160.0, 1600.0]);
+    // Elsewhere the machine's builder says; P is the speed where no S was given.
+    let user_codes = || [(133, UserCode::SpindleOn), (135, UserCode::SpindleOff)].into();
+    for (source, expected) in
+        [("M133P2000\nG0X1.\nM135\nX2.", vec![2000.0, 0.0]), ("S500M133P2\nG0X1.\nM135\nX2.", vec![500.0, 0.0])]
+    {
+        for setup in [fanuc(), haas(), lathe(), haas_lathe()] {
+            assert_eq!(speeds(source, &Setup { user_codes: user_codes(), ..setup }), expected, "{source}");
+        }
+    }
+    let told = notes("M133P2000\nG0X1.\nM30", &lathe());
+    assert!(told.contains("`user_codes = { M133 = \"spindle-on\" }`"), "{told}");
+}
+
+#[test]
 fn a_length_that_waits_for_z_is_told() {
     let high = Position([0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let told = |source: &str, setup: Setup| {
