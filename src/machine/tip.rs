@@ -234,6 +234,12 @@ impl TipKinematics for ControlledMachine {
         let other = solutions.other.filter(|other| other.limits.is_ok());
         Ok((solutions.chosen.position, other.map(|other| other.position)))
     }
+
+    fn turns_work(&self, axis: Axis) -> bool {
+        let links = self.machine.up_to_shared(self.control.work_link, self.control.tool_link);
+        let mut joints = links.filter_map(|link| self.machine.links()[link].joint.as_ref());
+        joints.any(|joint| joint.axis == axis && joint.turns())
+    }
 }
 
 /// Travel by which the effect of an axis is determined, mm; large, so that rounding errors are relatively small.
@@ -380,14 +386,18 @@ mod tests {
         }
     }
 
-    fn interpreted(program: &str, machine: &Machine, control: &TipControl) -> Result<rs274::Program, String> {
+    fn setup(machine: &Machine, control: &TipControl) -> rs274::Setup {
         let tool = rs274::Tool::with_length(80.0, 10.0);
-        let setup = rs274::Setup {
+        rs274::Setup {
             tools: [(1, tool)].into(),
             kinematics: Some(control.kinematics(machine)),
             ..rs274::Setup::default()
-        };
-        rs274::interpret(program, std::path::Path::new("tip.ngc"), &setup).map_err(|error| error.to_string())
+        }
+    }
+
+    fn interpreted(program: &str, machine: &Machine, control: &TipControl) -> Result<rs274::Program, String> {
+        rs274::interpret(program, std::path::Path::new("tip.ngc"), &setup(machine, control))
+            .map_err(|error| error.to_string())
     }
 
     /// The axes at the end of a program's moves, and the last tool length under tool-centre-point control.
@@ -424,6 +434,36 @@ mod tests {
             let home = axes_after(&format!("{there}G43.4 H1\nG0 X0 Y0 Z5\nG91 G28 Z0\nM2"), &machine, &control);
             wanted[Axis::Z] = 0.0;
             assert!(differ(&home, &wanted) < 1e-9, "{home:?} {wanted:?}");
+        }
+    }
+
+    #[test]
+    fn control_of_fanucs_that_begins_on_a_turned_table_is_told() {
+        let tables = [(table_table(), [true, true]), (head_table(), [false, true]), (head_head(), [false, false])];
+        for ((machine, control), turn_work) in tables {
+            let tilting = if machine.links().iter().any(|link| link.name == "b") { "B" } else { "A" };
+            let is_told = |program: &str, dialect| {
+                let setup = rs274::Setup { dialect, units: Some(rs274::Units::Mm), ..setup(&machine, &control) };
+                let program = format!("{program}\nM30");
+                let found = rs274::interpret(&program, std::path::Path::new("tip.nc"), &setup).unwrap();
+                found.notes.iter().any(|note| note.is_unknown && note.text.contains("while the table is turned"))
+            };
+            for (axis, turns_work) in [tilting, "C"].into_iter().zip(turn_work) {
+                for (program, is_turned) in [
+                    ("G0Z50.?30.\nG43.4H1", true),
+                    ("G43.4H1G0Z50.?30.", true),
+                    ("G0Z50.?30.\nG43.5H1?0.", true),
+                    ("G0Z50.?360.\nG43.4H1", false),
+                    ("G43.4H1G0Z50.\n?30.", false),
+                    ("G0Z50.?30.\nG43H1", false),
+                ] {
+                    let program = program.replace('?', axis);
+                    assert_eq!(is_told(&program, rs274::Dialect::Fanuc), is_turned && turns_work, "{program}");
+                    assert!(!is_told(&program, rs274::Dialect::LinuxCnc), "{program}");
+                }
+            }
+            // A vector turns in the block that begins.
+            assert_eq!(is_told("G43.5H1G0Z50.I0.J1.K3.", rs274::Dialect::Fanuc), turn_work.contains(&true));
         }
     }
 

@@ -265,18 +265,20 @@ impl Interpreter<'_> {
             self.note_unknown(told.to_owned());
         }
         let Some(code) = values.code(Group::User) else { return Ok(()) };
-        ['p', 'q'].iter().for_each(|&letter| {
-            values.take(letter);
-        });
+        let [p, _] = ['p', 'q'].map(|letter| values.take(letter));
         match self.setup.user_codes.get(&code.number.unsigned_abs()) {
             Some(UserCode::TipOn) if self.tip_mm.is_none() => self.enter_tip_control(code),
             Some(UserCode::TipOff) => self.leave_tip_control(code),
+            // Without any S the speed is that of P.
             Some(UserCode::SpindleOn) => {
-                self.modes.spindle = Spindle::Clockwise;
+                match p.filter(|&speed| speed > 0.0 && self.modes.speed == 0.0) {
+                    Some(speed) => self.modes.driven_rpm[0] = speed,
+                    None => self.modes.spindle = Spindle::Clockwise,
+                }
                 Ok(())
             }
             Some(UserCode::SpindleOff) => {
-                self.modes.spindle = Spindle::Still;
+                (self.modes.spindle, self.modes.driven_rpm) = (Spindle::Still, [0.0; 2]);
                 Ok(())
             }
             _ => Ok(()),
@@ -305,14 +307,9 @@ impl Interpreter<'_> {
             Some(920) if self.setup.dialect.is_fanuc_like() && !values.has_axis() => Ok(()),
             Some(280) => self.go_home(values, HOME),
             Some(300) => self.go_home(values, SECOND_HOME),
-            Some(281) => {
-                let position = self.position;
-                self.store(HOME, &position);
-                Ok(())
-            }
-            Some(301) => {
-                let position = self.position;
-                self.store(SECOND_HOME, &position);
+            Some(code @ (281 | 301)) => {
+                let place = self.axes_of(&self.position).map_err(|cause| self.fault_at(values, Group::NonModal, cause));
+                self.store(if code == 281 { HOME } else { SECOND_HOME }, &place?);
                 Ok(())
             }
             Some(code @ (520 | 920..=923)) => self.shift(values, code),

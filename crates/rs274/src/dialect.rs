@@ -204,8 +204,9 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
 }
 
 /// What an M code means on a Fanuc or Haas control.
-pub(super) fn fanuc_m(number: i32, dialect: Dialect) -> Meaning {
+pub(super) fn fanuc_m(number: i32, dialect: Dialect, lathe: bool) -> Meaning {
     match number {
+        133..=135 | 143..=145 if lathe && dialect == Dialect::Haas => Meaning::Code(Group::Driven, number),
         97 if dialect == Dialect::Haas => Meaning::Code(Group::Subprogram, own::LOCAL_CALL),
         109 if dialect == Dialect::Haas => Meaning::Code(Group::Signal, own::ASK_OPERATOR),
         // Clamps, chucks, tailstocks, conveyors, coolant, gears, doors, lights, chips, probes, rigid tapping: the builder's, not the axes'.

@@ -39,7 +39,7 @@ impl Interpreter<'_> {
             (FeedMode::InverseTime, Travel::Along(length) | Travel::Turning(length)) => {
                 Ok(Some(self.modes.feed * length))
             }
-            (FeedMode::PerRevolution, _) if self.modes.speed <= 0.0 => {
+            (FeedMode::PerRevolution, _) if self.modes.speed <= 0.0 && self.driven_rpm() == 0.0 => {
                 Err(values.motion_fault(Cause::Missing("a spindle speed S above 0")))
             }
             (FeedMode::PerRevolution, _) => Ok(self.synchronous_rate(self.modes.feed, target)),
@@ -64,6 +64,9 @@ impl Interpreter<'_> {
     /// Feed rate in mm/min of a move from the present position that travels `per_revolution` mm each turn of the spindle. `None`
     /// when it has no speed, and where it turns without bound: under G96 without D, on the axis of turning.
     pub(super) fn synchronous_rate(&self, per_revolution: f64, target: &Values9) -> Option<f64> {
+        if self.driven_rpm() != 0.0 {
+            return Some(per_revolution * self.driven_rpm().abs());
+        }
         if self.modes.speed <= 0.0 {
             return None;
         }
@@ -81,12 +84,19 @@ impl Interpreter<'_> {
         mean_of_greater(TAU / self.modes.surface_mm_min, from, to, least)
     }
 
+    /// Revolutions per minute of the driven tool, or else of the sub spindle, while the main spindle stands still; 0 when nothing of them turns.
+    pub(super) fn driven_rpm(&self) -> f64 {
+        let mut turning =
+            self.modes.driven_rpm.into_iter().filter(|&rpm| rpm != 0.0 && self.modes.spindle == Spindle::Still);
+        turning.next().unwrap_or(0.0)
+    }
+
     /// Revolutions per minute where the tool is: above zero for M3, below for M4; infinite on the axis of turning under G96
     /// without D.
     pub(super) fn spindle_rpm(&self) -> f64 {
         let x = self.offsets.to_program(&self.position)[Axis::X as usize];
         let speed = match self.modes.spindle {
-            Spindle::Still => return 0.0,
+            Spindle::Still => return self.driven_rpm(),
             _ if self.modes.constant_surface_speed && self.modes.speed > 0.0 => {
                 self.minutes_per_revolution(x, x).recip()
             }

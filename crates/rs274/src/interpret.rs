@@ -18,7 +18,7 @@ use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
-use super::parameters::Parameters;
+use super::parameters::{Parameters, UNKNOWN};
 use super::profile_cycle::is_profile_cycle;
 use super::setup::{Setup, Units};
 use super::source::{self, Source};
@@ -193,6 +193,7 @@ impl<'a> Interpreter<'a> {
                 turning_feed: 0.0,
                 speed: 0.0,
                 spindle: Spindle::Still,
+                driven_rpm: [0.0; 2],
                 greatest_speed: None,
                 surface_mm_min: 0.0,
                 polar: false,
@@ -389,9 +390,10 @@ impl<'a> Interpreter<'a> {
                 Some(at + 1)
             }
             _ => {
-                let first_move = self.moves.len();
+                let (first_move, start) = (self.moves.len(), self.position);
                 self.obey_motion(&values)?;
                 self.note_start_of_spindle(&values, first_move);
+                self.note_turned_table(&values, &start);
                 None
             }
         };
@@ -444,7 +446,9 @@ impl<'a> Interpreter<'a> {
         // LinuxCNC's places are radii under G7, too.
         let halved = self.setup.dialect.is_fanuc_like();
         let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
-        let absolute: Values9 = std::array::from_fn(|i| in_units(i, position[i], false));
+        let unknown = |i: usize| if Axis::ALL[i].is_rotary() { position[i] } else { UNKNOWN };
+        let axes = self.axes_of(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
+        let absolute: Values9 = std::array::from_fn(|i| in_units(i, axes[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {
             Plane::Xy => 170.0,
@@ -505,7 +509,7 @@ impl<'a> Interpreter<'a> {
             } else {
                 (relative, relative)
             };
-            self.refresh_variables(&position, &end, &now);
+            self.refresh_variables(&axes, &end, &now);
             return;
         }
         let tool = self.tools.get(&self.tool).copied().unwrap_or_default();
@@ -635,7 +639,23 @@ impl<'a> Interpreter<'a> {
             Some(5) if stops_behind == is_behind => self.modes.spindle = Spindle::Still,
             _ => {}
         }
+        if is_behind {
+            self.drive(values)?;
+        }
         if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
+    }
+
+    /// Haas's M133, M134, M135 (the driven tool forward, backward, off), and M143, M144, M145 (the sub spindle): P is the speed.
+    fn drive(&mut self, values: &Values) -> Result<(), Fault> {
+        let Some(code) = values.code(Group::Driven) else { return Ok(()) };
+        let speed = values.take('p').filter(|speed| *speed >= 0.0);
+        let missing = || code.fault(Cause::Missing("P, the speed, at least 0,"));
+        self.modes.driven_rpm[usize::from(code.number > 140)] = match code.number % 10 {
+            3 => speed.ok_or_else(missing)?,
+            4 => -speed.ok_or_else(missing)?,
+            _ => 0.0,
+        };
+        Ok(())
     }
 
     /// Notes that M3 or M4 of Fanuc's controls stands beside a feed move; the block's moves begin at the index `first_move`.

@@ -1,6 +1,6 @@
 //! What a program needs to know of the machine that runs it: where the tool's tip is while rotary axes are tilted.
 
-use super::canonical::Position;
+use super::canonical::{Axis, Position};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -25,6 +25,9 @@ pub trait TipKinematics: Debug + Send + Sync {
     /// # Errors
     /// Why the rotary axes cannot.
     fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String>;
+
+    /// Whether an axis turns the workpiece, as one of a table does.
+    fn turns_work(&self, axis: Axis) -> bool;
 }
 
 /// A machine that interpreters share.

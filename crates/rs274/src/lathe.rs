@@ -97,7 +97,9 @@ impl Interpreter<'_> {
 
     fn refuse_still_spindle(&self, values: &Values) -> Result<(), Fault> {
         match self.modes.spindle {
-            Spindle::Still => Err(values.motion_fault(Cause::NotAllowed("a thread while the spindle stands still"))),
+            Spindle::Still if self.driven_rpm() == 0.0 => {
+                Err(values.motion_fault(Cause::NotAllowed("a thread while the spindle stands still")))
+            }
             _ if self.modes.feed <= 0.0 => Err(values.motion_fault(Cause::Missing("F, the pitch,"))),
             _ => Ok(()),
         }

@@ -46,6 +46,8 @@ pub(super) enum Group {
     Stop,
     ToolChange,
     Spindle,
+    /// Driven tool and sub spindle of Haas's lathes.
+    Driven,
     Orient,
     Coolant,
     Override,
@@ -55,7 +57,7 @@ pub(super) enum Group {
     User,
 }
 
-const GROUPS: usize = 29;
+const GROUPS: usize = 30;
 
 fn g_group(tenths: i32) -> Option<Group> {
     Some(match tenths {
@@ -131,7 +133,7 @@ fn meaning(letter: char, number: f64, setup: &Setup) -> Meaning {
     if u32::try_from(code).is_ok_and(|code| setup.user_codes.contains_key(&code)) && m_group(code).is_none() {
         return Meaning::Code(Group::User, code);
     }
-    let own = if like_fanuc { fanuc_m(code, setup.dialect) } else { Meaning::Common };
+    let own = if like_fanuc { fanuc_m(code, setup.dialect, setup.is_fanuc_lathe()) } else { Meaning::Common };
     if own == Meaning::Common { common(m_group(code), code) } else { own }
 }
 
@@ -487,10 +489,10 @@ fn slots(letters: &str) -> u32 {
     letters.chars().fold(0, |slots, letter| slots | 1 << slot(letter))
 }
 
-/// The note on a code that moves no axis. M13 and M14 start the spindle on many machines.
+/// The note on a code that moves no axis. M13 and M14 start the spindle on many machines, the others driven tools and sub spindles.
 fn noted(name: CodeName) -> String {
     let more = match name.to_string().as_str() {
-        "M13" | "M14" => {
+        "M13" | "M14" | "M133" | "M134" | "M143" | "M144" => {
             format!(
                 " and not to start the spindle; `user_codes = {{ {name} = \"spindle-on\" }}` of a scene says that it does"
             )
@@ -596,6 +598,8 @@ pub(super) struct Modes {
     pub speed: f64,
     /// Whether M3 or M4 is in force, and which.
     pub spindle: Spindle,
+    /// Revolutions per minute of the driven tool and of the sub spindle; below zero they turn backwards.
+    pub driven_rpm: [f64; 2],
     /// The greatest spindle speed under G96, revolutions per minute; `None` for no limit.
     pub greatest_speed: Option<f64>,
     /// The surface speed of G96.

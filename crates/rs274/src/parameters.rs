@@ -26,8 +26,13 @@ const VACANT: f64 = f64::NAN;
 /// Value of a variable that the control keeps from one program to the next or asks the operator for, and that nothing has set: reading it is an error.
 const UNSET: f64 = f64::NEG_INFINITY;
 
-/// Value of a system variable that is not modelled: reading it is an error.
-const UNKNOWN: f64 = f64::INFINITY;
+/// Value of a system variable that is not modelled, and of an axis position that is not known: reading it is an error.
+pub(super) const UNKNOWN: f64 = f64::INFINITY;
+
+/// Error of reading an axis position that is not known.
+const UNKNOWN_PLACE: Cause = Cause::NotAllowed(
+    "where the axes stand under tool-centre-point control while rotary axes are not at zero and the machine is not known (`[program.tool_centre_point]` of a scene) or cannot hold the tip there",
+);
 
 /// The predefined named parameters, in the order of [`Parameters::system`].
 pub(super) const SYSTEM_NAMES: [&str; 58] = [
@@ -160,7 +165,7 @@ impl Parameters {
         }
         let value = self.numbered[index];
         if value == UNKNOWN {
-            return Err(Cause::UnknownParameter);
+            return Err(if matches!(index, 5021..=5029) { UNKNOWN_PLACE } else { Cause::UnknownParameter });
         }
         if value == UNSET {
             return Err(Cause::UnsetVariable);
@@ -187,6 +192,9 @@ impl Parameters {
         } else {
             self.frames.last().and_then(|frame| frame.locals.get(name).copied())
         };
+        if value == Some(UNKNOWN) && SYSTEM_NAMES.contains(&name) {
+            return Err(UNKNOWN_PLACE);
+        }
         value.ok_or(if POCKET_NAMES.contains(&name) { UNKNOWN_POCKET } else { Cause::UnknownParameter })
     }
 

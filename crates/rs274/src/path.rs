@@ -386,6 +386,10 @@ mod tests {
         fn orient(&self, _: [f64; 3], _: &Position) -> Result<(Position, Option<Position>), String> {
             Err("it has one rotary axis".to_owned())
         }
+
+        fn turns_work(&self, axis: Axis) -> bool {
+            axis == Axis::A
+        }
     }
 
     #[test]

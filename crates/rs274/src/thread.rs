@@ -51,7 +51,7 @@ impl Interpreter<'_> {
         if !values.has_axis() {
             return Err(fault(Cause::Missing("an axis word")));
         }
-        if self.modes.spindle == Spindle::Still {
+        if self.modes.spindle == Spindle::Still && self.driven_rpm() == 0.0 {
             return Err(fault(Cause::NotAllowed("a thread while the spindle stands still")));
         }
         let (start, target) = (self.position, self.target(values));

@@ -6,6 +6,7 @@
 
 use super::affine::Affine;
 use super::canonical::{Axis, MoveKind, Position};
+use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::kinematics::TipKinematics;
@@ -14,6 +15,9 @@ use super::offsets::{Values9, from_canonical, to_canonical};
 
 /// A rotary axis nearer than this to zero is at zero, degrees.
 const AT_ZERO_DEG: f64 = 1e-9;
+
+/// Note on tool-centre-point control that begins on a turned table.
+const TURNED_TABLE: &str = "G43.4 or G43.5 while the table is turned: Fanuc's controls (parameter 19696#5 at 0) take X, Y and Z from then on in the work coordinates as they lie on the table turned so; they are taken here as if the table stood at zero";
 
 impl Interpreter<'_> {
     /// From now on the position is the tip's. A move that goes nowhere marks the change.
@@ -24,7 +28,8 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed(why)));
         }
         let length = tool[Axis::Z as usize];
-        self.position = self.through_machine(code, -length, |machine, axes| machine.tip(axes, length))?;
+        let tip = self.through_machine(&self.position, -length, |machine, axes| machine.tip(axes, length));
+        self.position = tip.map_err(|cause| code.fault(cause))?;
         self.offsets.tool = [0.0; 9];
         self.tip_mm = Some(length);
         self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
@@ -33,41 +38,56 @@ impl Interpreter<'_> {
     /// The position is the axes' again, the tool's length an offset again.
     pub(super) fn leave_tip_control(&mut self, code: &Code) -> Result<(), Fault> {
         let Some(length) = self.tip_mm else { return Ok(()) };
-        self.position = self.through_machine(code, length, |machine, tip| machine.axes(tip, length))?;
+        self.position = self.axes_of(&self.position).map_err(|cause| code.fault(cause))?;
         self.tip_mm = None;
         self.has_tool_vectors = false;
         self.offsets.tool[Axis::Z as usize] = length;
         self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
     }
 
-    /// The position seen the other way: `shift` along Z while the rotary axes are at zero, else as the machine says.
+    /// Axis positions of a position, which under tool-centre-point control is the tip's.
+    pub(super) fn axes_of(&self, position: &Values9) -> Result<Values9, Cause> {
+        match self.tip_mm {
+            Some(length) => self.through_machine(position, length, |machine, tip| machine.axes(tip, length)),
+            None => Ok(*position),
+        }
+    }
+
+    /// A position seen the other way: `shift` along Z while the rotary axes are at zero, else as the machine says.
     fn through_machine(
         &self,
-        code: &Code,
+        position: &Values9,
         shift: f64,
         seen: impl Fn(&dyn TipKinematics, &Position) -> Result<Position, String>,
-    ) -> Result<Values9, Fault> {
-        // Whole turns are zero to everything that turns.
-        let from_zero = |degrees: f64| (degrees - 360.0 * (degrees / 360.0).round()).abs();
-        let turned =
-            Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from_zero(self.position[axis as usize]) > AT_ZERO_DEG);
-        let mut position = self.position;
-        if !turned {
+    ) -> Result<Values9, Cause> {
+        let mut position = *position;
+        if !Axis::ALL.into_iter().any(|axis| is_turned(axis, &position)) {
             position[Axis::Z as usize] += shift;
             return Ok(position);
         }
-        let machine = self.machine(code)?;
-        let seen = seen(machine, &to_canonical(&self.position)).map_err(|why| code.fault(Cause::Machine(why)))?;
+        let seen = seen(self.machine()?, &to_canonical(&position)).map_err(Cause::Machine)?;
         for axis in [Axis::X, Axis::Y, Axis::Z] {
             position[axis as usize] = seen[axis];
         }
         Ok(position)
     }
 
-    /// The machine, which this code needs.
-    fn machine(&self, code: &Code) -> Result<&dyn TipKinematics, Fault> {
+    /// Notes that Fanuc's tool-centre-point control begins in a block at whose `start` or end an axis of the table is turned.
+    pub(super) fn note_turned_table(&mut self, values: &Values, start: &Values9) {
+        let begins =
+            matches!(values.number(Group::ToolLength), Some(434 | 435)) && self.setup.dialect == Dialect::Fanuc;
+        let Some(machine) = self.setup.kinematics.as_ref().filter(|_| begins) else { return };
+        let end = self.position;
+        let is_off = |axis| machine.0.turns_work(axis) && (is_turned(axis, start) || is_turned(axis, &end));
+        if Axis::ALL.into_iter().any(is_off) {
+            self.note_unknown(TURNED_TABLE.to_owned());
+        }
+    }
+
+    /// The machine, or why nothing is known of it.
+    fn machine(&self) -> Result<&dyn TipKinematics, Cause> {
         let why = "this while rotary axes are not at zero needs to know the machine: a scene with `[program.tool_centre_point]`";
-        self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or_else(|| code.fault(Cause::NotAllowed(why)))
+        self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or(Cause::NotAllowed(why))
     }
 
     /// Does something in axis positions, also under tool-centre-point control.
@@ -101,7 +121,7 @@ impl Interpreter<'_> {
 
     /// Turns the rotary axes of a position such that the tool points along `vector`. Returns the other positions that would do.
     fn orient(&self, code: &Code, vector: [f64; 3], position: &mut Values9) -> Result<Option<Values9>, Fault> {
-        let machine = self.machine(code)?;
+        let machine = self.machine().map_err(|cause| code.fault(cause))?;
         let turned = machine.orient(vector, &to_canonical(&self.position));
         let (turned, other) = turned.map_err(|why| code.fault(Cause::Machine(why)))?;
         let turned = from_canonical(&turned);
@@ -117,6 +137,10 @@ impl Interpreter<'_> {
             return Err(
                 code.fault(Cause::NotAllowed("a tilted plane under tool-centre-point control; G49 cancels that"))
             );
+        }
+        if self.transforms.are_on() {
+            let why = "a tilted plane in turned, scaled or mirrored coordinates; cancel those first (G69, G50, G50.1)";
+            return Err(code.fault(Cause::NotAllowed(why)));
         }
         check_p0(values, "a tilted plane by other than Euler's angles (P0)")?;
         self.untransform(code)?;
@@ -162,6 +186,12 @@ impl Interpreter<'_> {
         self.offsets.local = None;
         Ok(())
     }
+}
+
+/// Whether a rotary axis is off whole turns, which are zero to everything that turns.
+fn is_turned(axis: Axis, position: &Values9) -> bool {
+    let degrees = position[axis as usize];
+    axis.is_rotary() && (degrees - 360.0 * (degrees / 360.0).round()).abs() > AT_ZERO_DEG
 }
 
 /// Refuses a P other than 0.

@@ -2,7 +2,8 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, MoveKind, Position, Setup, Tool, Units, UserCode, interpret};
+use rs274::{Axis, Dialect, Kinematics, MoveKind, Position, Setup, TipKinematics, Tool, Units, UserCode, interpret};
+use std::sync::Arc;
 use support::{assert_ends, assert_near, ends, refused, run};
 
 fn linuxcnc() -> Setup {
@@ -39,6 +40,64 @@ fn assert_end(source: &str, setup: &Setup, expected: [f64; 3]) {
 
 fn notes(source: &str, setup: &Setup) -> String {
     run(source, setup).notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// A table that A turns about the machine's X axis.
+#[derive(Debug)]
+struct TiltingTable;
+
+impl TipKinematics for TiltingTable {
+    fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String> {
+        let below = Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        Ok(turned(&Position(std::array::from_fn(|i| axes.0[i] - below.0[i])), axes[Axis::A]))
+    }
+
+    fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String> {
+        let mut axes = turned(tip, -tip[Axis::A]);
+        axes[Axis::Z] += length_mm;
+        Ok(axes)
+    }
+
+    fn orient(&self, _: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String> {
+        Ok((*axes, None))
+    }
+
+    fn turns_work(&self, axis: Axis) -> bool {
+        axis == Axis::A
+    }
+}
+
+/// Y and Z of a position turned by an angle about X.
+fn turned(position: &Position, angle: f64) -> Position {
+    let (sin, cos) = angle.sin_cos();
+    let (y, z) = (position[Axis::Y], position[Axis::Z]);
+    let mut turned = *position;
+    (turned[Axis::Y], turned[Axis::Z]) = (y * cos - z * sin, y * sin + z * cos);
+    turned
+}
+
+fn with_table(setup: Setup) -> Setup {
+    Setup { kinematics: Some(Kinematics(Arc::new(TiltingTable))), ..setup }
+}
+
+#[test]
+fn tip_control_that_begins_on_a_turned_table_is_told() {
+    for (source, is_told) in [
+        ("G0Z90.A30.\nG43.4H1", true),
+        ("G43.4H1G0Z90.A30.", true),
+        ("G0Z90.A30.\nG43.5H1A0.", true),
+        ("G91G0Z90.A30.\nG90G43.4H1A30.", true),
+        ("G43.4H1G0Z90.\nA30.", false),
+        ("G0Z90.A360.B10.\nG43.4H1", false),
+        ("G0Z90.A30.\nG43H1", false),
+    ] {
+        let has_note = |setup: Setup| {
+            let program = run(&format!("{source}\nM30"), &with_table(setup));
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("while the table is turned"))
+        };
+        assert_eq!(has_note(fanuc()), is_told, "{source}");
+        assert!(!has_note(linuxcnc()), "{source}");
+    }
 }
 
 #[test]
@@ -480,6 +539,49 @@ fn g92_in_a_tilted_plane_sets_the_reading_and_moves_nothing() {
 }
 
 #[test]
+fn the_axes_place_is_to_be_had_while_the_tip_is_led() {
+    // The axes stand where they stood before: at Z 150, turned by A or not.
+    for (led, leaves) in
+        [("G43H1", "G49"), ("G43.4H1", "G49"), ("G43H1\nG68.2X0Y0Z0I0J0K0", "G69\nG49"), ("A30.\nG43.4H1", "G49")]
+    {
+        let to = |setup: &Setup, code: &str, then: &str| {
+            assert_end(
+                &format!("G0X3.Y4.Z150.\n{led}\n{code}\n{leaves}\nG0X0Y0Z0\n{then}\nM30"),
+                setup,
+                [3.0, 4.0, 150.0],
+            );
+        };
+        for setup in [with_table(fanuc()), with_table(haas())] {
+            to(&setup, "#101=#5021\n#102=#5022\n#103=#5023", "G53G0X#101Y#102Z#103");
+        }
+        let setup = with_table(linuxcnc());
+        to(&setup, "#1=#<_abs_x>\n#2=#<_abs_y>\n#3=#<_abs_z>", "G53 G0 X#1 Y#2 Z#3");
+        to(&setup, "G28.1", "G28");
+        to(&setup, "G30.1", "G30");
+    }
+    // Without the machine they are known while nothing is turned.
+    assert_end("G43.4H1\nG0Z10.\n#101=#5023\nG49\nG53G0Z#101\nM30", &fanuc(), [0.0, 0.0, 60.0]);
+    let why = "where the axes stand under tool-centre-point control while rotary axes";
+    assert_refused("G43.4H1\nG0A30.\n#101=#5023\nM30", &fanuc(), "3:6", why);
+    assert_refused("G43.4 H1\nG0 A30\n#1=#<_abs_z>\nM2", &linuxcnc(), "3:4", why);
+    assert_end("G43.4H1\nG0A30.\n#101=#5024\nG0X#101\nM30", &fanuc(), [30.0, 0.0, -50.0]);
+    assert_refused("G43.4 H1\nG0 A30\nG28.1\nM2", &linuxcnc(), "3:1", "[program.tool_centre_point]");
+}
+
+#[test]
+fn a_tilted_plane_does_not_drop_a_turn_a_scale_or_a_mirror() {
+    for setup in [fanuc(), haas()] {
+        for (on, off) in [("G51.1X0", "G50.1"), ("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50")] {
+            let why = "a tilted plane in turned, scaled or mirrored coordinates";
+            assert_refused(&format!("{on}\nG68.2X0Y0Z0I0J0K0\nM30"), &setup, "2:1", why);
+            assert_end(&format!("{on}\n{off}\nG68.2X1.Y0Z0I0J0K0\nG0X5.\nM30"), &setup, [6.0, 0.0, 0.0]);
+            let why = "turned, scaled or mirrored coordinates in a tilted plane";
+            assert_refused(&format!("G68.2X0Y0Z0I0J0K0\n{on}\nM30"), &setup, "2:1", why);
+        }
+    }
+}
+
+#[test]
 fn system_variables_take_effect_or_are_errors() {
     // The origin in force, in the program's units.
     assert_ends("G54G0X1.\n#5221=10.\nX1.\nM30", &fanuc(), &[[1.0, 0.0, 0.0], [11.0, 0.0, 0.0]]);
@@ -765,6 +867,40 @@ fn a_machines_own_codes_may_turn_the_spindle() {
         told.contains("M13 is taken to move no axis and not to start the spindle; `user_codes = { M13 ="),
         "{told}"
     );
+}
+
+#[test]
+fn haass_lathes_turn_driven_tools_and_the_sub_spindle_at_the_speed_of_p() {
+    let haas_lathe = || Setup { dialect: Dialect::Haas, ..lathe() };
+    let speeds = |source: &str, setup: &Setup| {
+        run(&format!("{source}\nM30"), setup).moves.iter().map(|step| step.spindle_rpm).collect::<Vec<_>>()
+    };
+    for (source, expected) in [
+        ("M133P2000\nG0X40.\nM135\nX50.", vec![2000.0, 0.0]),
+        ("G97S800M3\nG0X40.\nM5\nM134P2000\nX50.\nM135\nM3\nX60.", vec![800.0, -2000.0, 800.0]),
+        ("M143P900\nG0X40.\nM133P2000\nX50.\nM135\nX60.\nM145\nX70.", vec![900.0, 2000.0, 900.0, 0.0]),
+        ("M144P900\nS500M3\nG0X40.\nM145\nX50.", vec![500.0, 500.0]),
+        // They act behind the move of their block.
+        ("M133P2000G0X40.\nX50.M135\nX60.", vec![0.0, 2000.0, 0.0]),
+    ] {
+        assert_eq!(speeds(source, &haas_lathe()), expected, "{source}");
+    }
+    assert_refused("M133\nM30", &haas_lathe(), "1:1", "P, the speed, at least 0, is missing");
+    // A feed in mm each turn, and a thread, are of the sub spindle, whatever S was.
+    let feeds = run("S100\nM143P800\nG99G0X64.Z2.\nG1Z-30.F0.2\nG32Z-40.F2.\nM30", &haas_lathe());
+    let feeds: Vec<_> = feeds.moves.iter().filter_map(|step| step.feed_mm_min).collect();
+    assert_eq!(feeds, [160.0, 1600.0]);
+    // Elsewhere the machine's builder says; P is the speed where no S was given.
+    let user_codes = || [(133, UserCode::SpindleOn), (135, UserCode::SpindleOff)].into();
+    for (source, expected) in
+        [("M133P2000\nG0X1.\nM135\nX2.", vec![2000.0, 0.0]), ("S500M133P2\nG0X1.\nM135\nX2.", vec![500.0, 0.0])]
+    {
+        for setup in [fanuc(), haas(), lathe(), haas_lathe()] {
+            assert_eq!(speeds(source, &Setup { user_codes: user_codes(), ..setup }), expected, "{source}");
+        }
+    }
+    let told = notes("M133P2000\nG0X1.\nM30", &lathe());
+    assert!(told.contains("`user_codes = { M133 = \"spindle-on\" }`"), "{told}");
 }
 
 #[test]
