@@ -67,7 +67,7 @@ pub struct Remaining {
     pub stock: Stock,
     /// Line from which on nothing was cut or examined any more, the budget being spent.
     pub given_up: Option<u32>,
-    /// Whether it is in pieces, and something on another link may carry one: all are taken to stay where the workpiece is.
+    /// Whether it is in pieces, and something that moves against the workpiece may carry one: all are taken to stay where the workpiece is.
     pub is_parted: bool,
 }
 
@@ -121,16 +121,27 @@ pub(super) struct Met {
     cut_from: Option<f64>,
     /// Where other workpieces, as drawn and uncut, are not free of what is left of this one.
     near: Vec<(Pair, [f64; 2])>,
+    /// Place from which on nothing was examined, the budget being spent.
+    given_up: Option<f64>,
 }
 
 impl Met {
-    /// Makes one of what the stocks of two workpieces tell of each other. Each takes the other workpiece for uncut, so the stock whose other workpiece is cut
-    /// later decides. Once that one is cut, too, contact is not certain, and there is none where the other stock is free of it.
+    /// Merges the contacts that the stocks of two workpieces found with each other. Each stock takes the other workpiece as uncut, so the stock that is cut first
+    /// decides. Once the other one is cut too, contact is not certain, and there is none where the other stock is free of the first workpiece as drawn.
     fn join(&mut self, second: &mut Self, pair: Pair) {
         let is_self = self.uncut_to() <= second.uncut_to();
         let (deciding, other) = if is_self { (self, second) } else { (second, self) };
         let of_pair = |contact: &StockContact| contact.pair == pair && !contact.is_turned;
-        other.contacts.retain(|contact| !of_pair(contact));
+        // Where the deciding stock was given up, the other one alone was examined, against a workpiece that may have been cut.
+        let given_up = deciding.given_up.unwrap_or(f64::INFINITY);
+        other.contacts.retain_mut(|contact| {
+            if !of_pair(contact) {
+                return true;
+            }
+            contact.from = contact.from.max(given_up.next_up());
+            contact.depth.low = 0.0;
+            contact.from <= contact.to
+        });
         other.touches.retain(|touch| touch.pair != pair);
         let is_free = !other.near.iter().any(|(near, _)| *near == pair);
         deciding.touches.retain(|touch| touch.pair != pair || !is_free);
@@ -238,7 +249,7 @@ impl<'a> Workpiece<'a> {
         [pair.a, pair.b].contains(&self.part) && self.others.iter().any(|other| other.pair == pair)
     }
 
-    /// Joins what workpieces met of one another.
+    /// Merges the contacts of each pair of workpieces.
     pub fn join(workpieces: &[Self], met: &mut [Met]) {
         for (index, second) in workpieces.iter().enumerate() {
             let (before, rest) = met.split_at_mut(index);
@@ -300,12 +311,14 @@ impl<'a> Workpiece<'a> {
 
     /// What is left.
     pub fn remaining(mut self) -> Remaining {
-        let link = self.scene.parts[self.part].link;
+        let scene = self.scene;
+        let body = |part: &Part| scene.machine.rigid_body(part.link);
+        let own = body(&scene.parts[self.part]);
         let may_carry = |part: &Part| {
             let holds = part.role == Role::Fixture || part.turns == Some(Turns::Spindle) && part.role == Role::Machine;
-            holds && part.link != link
+            holds && body(part) != own
         };
-        let is_parted = self.scene.parts.iter().any(may_carry) && self.stock.pieces() > 1;
+        let is_parted = scene.parts.iter().any(may_carry) && self.stock.pieces() > 1;
         Remaining { part: self.part, stock: self.stock, given_up: self.given_up, is_parted }
     }
 }
@@ -735,6 +748,7 @@ impl<'a> Ledger<'a> {
     /// Every cutter may be in the stock from a place on: nobody has looked.
     fn give_up(&mut self, scene: &Scene, from: f64, to: f64) {
         self.met.cut_from = self.met.cut_from.or(Some(from));
+        self.met.given_up = Some(from);
         (0..self.others.len()).for_each(|other| self.meet(other, [from, to]));
         let depth = Depth { low: 0.0, high: f64::INFINITY };
         let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));

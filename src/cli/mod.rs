@@ -390,9 +390,10 @@ mod tests {
         assert!(shown.len() >= 100, "{}", shown.len());
         for words in &mut shown {
             // More options like the last one; behind an option its value.
-            let is_more =
-                |words: &[String]| matches!(words, [.., before, last] if last == "..." && !before.starts_with('-'));
-            if is_more(words) {
+            if let [.., before, last] = &words[..]
+                && last == "..."
+                && !before.starts_with('-')
+            {
                 words.pop();
             }
             let parsed = command().try_get_matches_from(&*words);

@@ -107,8 +107,8 @@ impl TipControl {
         Matrix3::from_columns(&columns)
     }
 
-    /// The direction in the frame of [`TipControl::tool_vector`] from one in the axes that X, Y and Z have while all axes are at zero, in which
-    /// programs give it.
+    /// Takes a direction as programs give it, along X, Y and Z as they are while all axes are at zero, to the frame of
+    /// [`TipControl::tool_vector`].
     ///
     /// # Errors
     /// [`TipError::Singular`] when these three axes lie in one plane.

@@ -3,8 +3,8 @@
 //! A chunk holds poses of one workload, one pair and one stratum, consecutive where they come from a path. Every case runs
 //! the same chunks, which is what makes the comparison paired. Strata get equal shares, because a program spends most of
 //! its time far from everything and a mean over it would say little about the rest. No two chunks of a run share a line (an approach, a ray,
-//! a stretch of a path), so that chunks are independent of one another. Only in a recording with too few lines for all its strata do they:
-//! its mean is that of all its poses, so that no stratum may be left out.
+//! a stretch of a path), so that chunks are independent of one another. The exception is a recording, where a stratum that finds no line of
+//! its own shares another's: the mean is that of all its poses, so that no stratum may be left out.
 
 use super::judged::JudgedPair;
 use crate::record::{RECORDED, Stratum};
@@ -53,7 +53,7 @@ pub struct Chunk {
 
 /// Chooses about `budget` poses from what was judged: equal shares for the strata, then for the pairs that have poses of a stratum. Chunks
 /// hold at most [`SHORT`] poses, of whole lines as far as these fit, and no line has poses in two chunks: where lines run out there
-/// are fewer chunks. Every stratum of a recording has a chunk.
+/// are fewer chunks. Every stratum of a recording has a chunk, of lines of other chunks where no other line is left.
 pub fn select(judged: &[JudgedPair], budget: usize) -> Vec<Chunk> {
     let mut chosen: Vec<(Stratum, usize, Vec<Vec<usize>>)> = Vec::new();
     let members = |stratum: Stratum| judged.iter().filter(|pair| is_member(pair, stratum)).count();

@@ -13,7 +13,7 @@ const MOST_TRIANGLES: usize = 2_000_000;
 
 /// Most cubes of the grid in which pieces are counted.
 const MOST_CUBES_OF_PIECES: f64 = (1_u32 << 23) as f64;
-/// Least part of all that may be left that is a piece: less is a crumb.
+/// Smallest fraction of the stock that counts as a piece; less is a crumb.
 const LEAST_PIECE: f64 = 1e-3;
 
 /// Half the side of cells that are divided to measure volumes, mm.
@@ -65,7 +65,7 @@ impl Stock {
         }
     }
 
-    /// How many pieces may be left that do not touch, found in cubes: a gap two or three of them wide may not show.
+    /// Number of disjoint pieces of what may be left, without crumbs. They are found in cubes: a gap of less than three cubes may not show.
     pub fn pieces(&mut self) -> usize {
         let pieces = self.grid(self.cube_mm(MOST_CUBES_OF_PIECES)).pieces();
         let least = LEAST_PIECE * pieces.iter().sum::<usize>() as f64;
@@ -89,16 +89,19 @@ impl Stock {
         let origin = low - Vector::repeat(cube_mm);
         let bits = vec![0; counts.iter().product::<usize>().div_ceil(64)];
         let mut grid = Grid { origin, cube_mm, counts, bits };
+        // Squares of a half section are one cube thick.
+        let thick = if self.uncut.is_turned() { 0.0 } else { 1.0 };
         self.visit(&|_, half| 2.0 * half > 1.5 * cube_mm, &mut |centre, half, material| {
             if material == Material::Gone {
                 return;
             }
+            let halves = [half, thick * half, half];
             let first: [usize; 3] =
-                std::array::from_fn(|k| ((centre[k] - half - origin[k]) / cube_mm + 1e-6).floor() as usize);
-            let many = (2.0 * half / cube_mm).round().max(1.0) as usize;
-            for z in first[2]..first[2] + many {
-                for y in first[1]..first[1] + many {
-                    for x in first[0]..first[0] + many {
+                std::array::from_fn(|k| ((centre[k] - halves[k] - origin[k]) / cube_mm + 1e-6).floor() as usize);
+            let many = halves.map(|half| (2.0 * half / cube_mm).round().max(1.0) as usize);
+            for z in first[2]..first[2] + many[2] {
+                for y in first[1]..first[1] + many[1] {
+                    for x in first[0]..first[0] + many[0] {
                         grid.fill([x, y, z]);
                     }
                 }

@@ -233,12 +233,14 @@ impl Stock {
     /// What is known at a point.
     pub fn material_at(&mut self, point: &Point) -> Material {
         let (uncut, point) = (&self.uncut, &self.uncut.place(point));
-        let holds = |tile: &&mut Tile| {
-            let (low, high) = tile.bounds();
-            (0..3).all(|k| low[k] <= point[k] && point[k] < high[k])
-        };
+        let holds = |tile: &&mut Tile| is_between(point, &tile.bounds());
         self.tiles.iter_mut().find(holds).map_or(Material::Gone, |tile| tile.material_at(point, uncut))
     }
+}
+
+/// Whether a place is in a box, whose upper sides do not belong to it.
+fn is_between(place: &Point, (low, high): &(Point, Point)) -> bool {
+    (0..3).all(|k| low[k] <= place[k] && place[k] < high[k])
 }
 
 /// The tiles of a stock.

@@ -33,7 +33,7 @@ pub(super) struct Round {
     pub slack_mm: f64,
     /// Takes the mesh's frame to the body's.
     pub body_from_part: Isometry,
-    /// Part of the body that the mesh fills, 0 to 1; only of a workpiece does the body have bores.
+    /// Fraction of the body that the mesh fills, 0 to 1. Bores count as part of the body, except those of a workpiece that turns.
     pub filled: f64,
     /// Largest radius, and lowest and highest z, mm.
     pub radius_mm: f64,
@@ -53,7 +53,7 @@ pub(super) struct Piece {
     span: [f64; 2],
 }
 
-/// What a mesh is taken for.
+/// Role of a mesh in the simulation of cutting.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     /// A part that turns.

@@ -45,7 +45,7 @@ impl Body {
         Self { form: Arc::new(Form::Round(Round::stock(mesh))) }
     }
 
-    /// The part about z of the frame to which `axis_from_part` leads.
+    /// A part that turns about z of the frame to which `axis_from_part` leads.
     pub fn turning_about(mesh: &Arc<Mesh>, axis_from_part: Isometry, groove_mm: f64) -> Self {
         Self { form: Arc::new(Form::Round(Round::about(mesh, axis_from_part, groove_mm))) }
     }

@@ -6,7 +6,7 @@
 
 use super::skin::Skin;
 use super::tile::Tile;
-use super::{Blank, Material, ROUNDING_MM, Stock};
+use super::{Blank, Material, ROUNDING_MM, Stock, is_between};
 use crate::geometry::{Mesh, Point, Triangle, Vector};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -150,14 +150,11 @@ impl Stock {
         let resolution = self.resolution_mm;
         Deviation {
             greatest_mm: if greatest > resolution { greatest } else { 0.0 },
-            at_most_mm: if greatest > close { greatest + resolution } else { 0.0 },
+            // The places are less than the spacing from all of the surface.
+            at_most_mm: if greatest > close { greatest + resolution + spacing } else { 0.0 },
             volume_mm3: 0.0,
         }
     }
-}
-
-fn is_between(place: &Point, (low, high): &(Point, Point)) -> bool {
-    (0..3).all(|k| low[k] <= place[k] && place[k] < high[k])
 }
 
 /// Calls `add` with the centroid of each piece of a triangle, which is halved until no edge is longer than `spacing`. Pieces that `skips` names are left out.

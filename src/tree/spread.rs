@@ -82,9 +82,9 @@ fn farthest_outside_mm(mut points: Vec<Point>, hull: &[Triangle]) -> f64 {
     points.iter().map(distance_squared).fold(0.0, f64::max).sqrt()
 }
 
-/// The volume of the intersection of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960). The points lie in the
-/// box that both volumes' boxes leave, along the axes of that volume for which it is smaller: along the coordinate axes a thin turned
-/// volume fills next to nothing of its box, and is missed or hit once by chance.
+/// The volume of the intersection of two volumes, mm³, estimated from a fixed set of evenly spread points (Halton 1960). Both volumes are
+/// boxed along the axes of the one, and again along those of the other; the points fill the smaller of the two intersections of boxes.
+/// Along the coordinate axes a thin turned volume would fill next to nothing of its box, and be missed, or hit once by chance.
 pub fn overlap_mm3(one: &dyn Solid, other: &dyn Solid) -> f64 {
     let outlines = [one, other].map(|volume| volume.outline().into_iter().flatten().collect::<Vec<Point>>());
     let left = |axes: Matrix3<f64>| {

@@ -78,7 +78,9 @@ pub(super) fn representatives(mesh: &Mesh) -> Vec<Point> {
     for (face, &component) in mesh.faces().iter().zip(&component_of) {
         let first = &mut found[component as usize];
         for vertex in mesh.triangle(*face).corners {
-            *first = Some(first.filter(|first| !is_before(vertex, *first)).unwrap_or(vertex));
+            if first.is_none_or(|first| is_before(vertex, first)) {
+                *first = Some(vertex);
+            }
         }
     }
     found.into_iter().flatten().collect()

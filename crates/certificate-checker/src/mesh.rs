@@ -30,7 +30,7 @@ pub struct Mesh {
     pub centre: V,
     pub radius: I,
     has_inside: bool,
-    /// How often a ray through a face counts: -1 where its component faces against the whole mesh and is no cavity, so that what that encloses is inside.
+    /// The factor of a crossing of each face: -1 in components that face against the whole mesh and are no cavities, else 1. Empty without an inside.
     weights: Vec<i32>,
     /// One vertex of each connected component, mm.
     components: Vec<V>,
@@ -130,7 +130,7 @@ impl Mesh {
         work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
-    /// Sets the weights; `first` is the first vertex of the component of each.
+    /// Sets the weights; `first` has, for each vertex, the first vertex of its component.
     fn weigh(&mut self, first: &BTreeMap<Point, Point>, work: &Work) {
         let mut volumes = BTreeMap::<Point, i128>::new();
         for face in &self.faces {
@@ -140,16 +140,24 @@ impl Mesh {
         }
         // Rays do not see a body that is there both ways round.
         self.has_inside &= volumes.values().all(|volume| *volume != 0);
+        if !self.has_inside {
+            return;
+        }
         let is_inside_out = volumes.values().fold(0, |sum: i128, volume| sum.wrapping_add(*volume)) < 0;
         let is_against = |p: &Point| (volumes[&first[p]] < 0) != is_inside_out;
         self.weights = self.faces.iter().map(|[p, ..]| i32::from(!is_against(p))).collect();
-        let is_stray = |&p: &&Point| is_against(p) && matches!(self.leaves(&mm(p), work), None | Some(0));
-        let strays: BTreeSet<Point> = first.keys().filter(is_stray).map(|p| first[p]).collect();
+        let mut strays = BTreeSet::new();
+        for (p, component) in first {
+            let is_asked = is_against(p) && !strays.contains(component);
+            if is_asked && matches!(self.leaves(&mm(p), work), None | Some(0)) {
+                strays.insert(*component);
+            }
+        }
         let weight = |[p, ..]: &[Point; 3]| if strays.contains(&first[p]) { -1 } else { 1 };
         self.weights = self.faces.iter().map(weight).collect();
     }
 
-    /// The first vertex of the component of each.
+    /// For each vertex the first vertex of its component, by X, then Y, then Z.
     fn components(&self) -> BTreeMap<Point, Point> {
         let mut beside = BTreeMap::<Point, Vec<Point>>::new();
         for face in &self.faces {
@@ -182,7 +190,7 @@ impl Mesh {
         }
     }
 
-    /// The same of a ray from a point to 1 mm beyond the last face, by the first way that decides.
+    /// The leavings of a ray from a point to 1 mm beyond the last face, in the first direction that decides.
     fn leaves(&self, p: &V, work: &Work) -> Option<i32> {
         WAYS.into_iter().find_map(|[y, z]| {
             let way = times(&[1.0, y, z].map(I::of), I::of(self.boxes[1][0].hi + 1.0) - p[0]);

@@ -223,11 +223,12 @@ impl Files<'_> {
         let least = |[a, b, c]: [[i64; 3]; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
         let (mut first, mut both) = (BTreeMap::new(), BTreeSet::new());
         for face in stl(&content, unit).ok_or(format!("{path} is not an STL file"))? {
-            first.entry(BTreeSet::from(face)).or_insert(least(face));
-            both.insert(least(face));
+            let corners = BTreeSet::from(face);
+            if corners.len() == 3 {
+                first.entry(corners).or_insert(least(face));
+                both.insert(least(face));
+            }
         }
-        first.retain(|corners, _| corners.len() == 3);
-        both.retain(|[a, b, c]| a != b && b != c && c != a);
         let mut own: Vec<_> = mesh.faces.iter().map(|&face| least(face)).collect();
         let mut once: Vec<_> = first.into_values().collect();
         own.sort_unstable();

@@ -142,7 +142,7 @@ pub struct Move {
     /// machine coordinates with all rotary axes at zero, and whoever moves the machine finds the linear axes
     /// (`bvbench::machine::tip`). `None` otherwise.
     pub tip_mm: Option<f64>,
-    /// Whether the tip moves in a tilted plane (G68.2), in which the axes choose how a rapid goes.
+    /// Whether the tip moves in a tilted plane (G68.2). A rapid there may be a dog-leg of the axes ([`RapidPath`](crate::RapidPath)).
     pub is_tilted: bool,
     /// Feed rate, mm/min, degrees/min for a move that only turns; where it changes along the move, the one that takes as
     /// long. `None` for rapids, and where the rate hangs on a spindle speed that is not known.

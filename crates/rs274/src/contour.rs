@@ -97,8 +97,8 @@ impl Interpreter<'_> {
         Ok(if first > at { last + 1 } else { at + 1 })
     }
 
-    /// D, I and K beside P and Q: of G73 the passes, and from the last of them to the first along X (a radius) and Z; of G71 and G72 the depth of
-    /// a cut, and an allowance that is not followed.
+    /// Takes D, I and K beside P and Q. Of G73, D is the number of passes, and I (a radius) and K are how far the first is from the last along X and Z.
+    /// Of G71 and G72, D is the depth of a cut, and I and K are an allowance that is not followed.
     fn take_contour_words(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         if code.number == own::REPEAT_PATTERN {
             let relief = ['i', 'k'].map(|letter| self.take_length(values, letter));
@@ -113,7 +113,8 @@ impl Interpreter<'_> {
         if let Some(depth) = self.take_count(values, 'd') {
             self.lathe.depth = depth.abs();
         }
-        if ['i', 'k'].iter().any(|&letter| values.take(letter).is_some_and(|length| length != 0.0)) {
+        let allowance = ['i', 'k'].map(|letter| values.take(letter));
+        if allowance.into_iter().flatten().any(|length| length != 0.0) {
             self.note_unknown("I and K of G71 and G72, an allowance of the roughing cuts, are not followed".to_owned());
         }
         values.drop_word('r');

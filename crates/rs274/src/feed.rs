@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 /// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
 pub(super) const NO_TRAVEL_MM: f64 = 1e-9;
 
-/// The axes of which the first that move are those that feed rates are of, before the rotary ones.
-pub(super) const LINEAR_TRIPLES: [[Axis; 3]; 2] = [[Axis::X, Axis::Y, Axis::Z], [Axis::U, Axis::V, Axis::W]];
+/// Feed rates are along the first of these triples that moves, and of the rotary axes where neither does.
+const LINEAR_TRIPLES: [[Axis; 3]; 2] = [[Axis::X, Axis::Y, Axis::Z], [Axis::U, Axis::V, Axis::W]];
 
 /// How far a move goes as feed rates mean it; see [`super::path::length`].
 #[derive(Clone, Copy, Debug)]
@@ -86,9 +86,10 @@ impl Interpreter<'_> {
 
     /// Revolutions per minute of the driven tool, or else of the sub spindle, while the main spindle stands still; 0 when nothing of them turns.
     pub(super) fn driven_rpm(&self) -> f64 {
-        let mut turning =
-            self.modes.driven_rpm.into_iter().filter(|&rpm| rpm != 0.0 && self.modes.spindle == Spindle::Still);
-        turning.next().unwrap_or(0.0)
+        if self.modes.spindle != Spindle::Still {
+            return 0.0;
+        }
+        self.modes.driven_rpm.into_iter().find(|&rpm| rpm != 0.0).unwrap_or(0.0)
     }
 
     /// Revolutions per minute where the tool is: above zero for M3, below for M4; infinite on the axis of turning under G96
@@ -122,7 +123,11 @@ fn mean_of_greater(slope: f64, from: f64, to: f64, least: f64) -> f64 {
 
 /// How far a straight move goes.
 pub(super) fn travel(from: &Values9, to: &Values9) -> Travel {
-    let change = |axis: Axis| to[axis as usize] - from[axis as usize];
+    travel_by(|axis| to[axis as usize] - from[axis as usize])
+}
+
+/// How far a straight move goes that changes each axis by `change`; what only turns is in the angle's unit of `change`.
+pub(super) fn travel_by(change: impl Fn(Axis) -> f64) -> Travel {
     let norm = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     let along = LINEAR_TRIPLES.into_iter().map(norm).find(|&length| length > NO_TRAVEL_MM);
     along.map_or_else(|| Travel::Turning(norm([Axis::A, Axis::B, Axis::C])), Travel::Along)

@@ -59,7 +59,7 @@ pub struct Program {
     pub notes: Vec<Note>,
     /// The files of subroutines that were read beside it.
     pub called_files: Vec<PathBuf>,
-    /// The machine that it was made for, if that is known: where the axes are for a place of the tip.
+    /// The machine that it was interpreted for, if that is known. It gives the axis positions for a place of the tip.
     pub kinematics: Option<Kinematics>,
 }
 
@@ -404,7 +404,7 @@ impl<'a> Interpreter<'a> {
             return Ok(Next::Line(next));
         }
         if values.number(Group::Stop) == Some(0) && self.setup.dialect.is_fanuc_like() {
-            self.modes.spindle = Spindle::Still;
+            self.stop_spindle();
         }
         let next = match values.number(Group::Stop) {
             Some(2 | 30) => {
@@ -426,7 +426,7 @@ impl<'a> Interpreter<'a> {
         self.select_system(0);
         let modes = &mut self.modes;
         (modes.motion, modes.plane, modes.incremental) = (Some(10), Plane::Xy, false);
-        (modes.feed_mode, modes.spindle) = (FeedMode::PerMinute, Spindle::Still);
+        (modes.feed_mode, modes.spindle, modes.driven_rpm) = (FeedMode::PerMinute, Spindle::Still, [0.0; 2]);
         (modes.mist, modes.flood) = (false, false);
         Next::Line(at + 1)
     }
@@ -636,13 +636,21 @@ impl<'a> Interpreter<'a> {
         match values.number(Group::Spindle) {
             Some(3) if starts_behind == is_behind => self.modes.spindle = Spindle::Clockwise,
             Some(4) if starts_behind == is_behind => self.modes.spindle = Spindle::Counterclockwise,
-            Some(5) if stops_behind == is_behind => self.modes.spindle = Spindle::Still,
+            Some(5) if stops_behind == is_behind => self.stop_spindle(),
             _ => {}
         }
         if is_behind {
             self.drive(values)?;
         }
         if stops_behind == is_behind { self.orient_spindle(values) } else { Ok(()) }
+    }
+
+    /// Stops the spindle. Driven tools and sub spindles of Fanuc's and Haas's lathes turn on: they have codes of their own.
+    fn stop_spindle(&mut self) {
+        self.modes.spindle = Spindle::Still;
+        if !self.setup.is_fanuc_lathe() {
+            self.modes.driven_rpm = [0.0; 2];
+        }
     }
 
     /// Haas's M133, M134, M135 (the driven tool forward, backward, off), and M143, M144, M145 (the sub spindle): P is the speed.
@@ -675,7 +683,7 @@ impl<'a> Interpreter<'a> {
             Some(6) => {
                 let why = "another tool while cutter compensation is on";
                 self.refuse_compensated(values, Group::ToolChange, why)?;
-                self.modes.spindle = Spindle::Still;
+                self.stop_spindle();
                 self.go_to_tool_change(values)?;
                 self.tool = self.selected_tool;
                 self.emit(MoveKind::ToolChange { tool: self.tool }, None)?;
@@ -700,7 +708,7 @@ impl<'a> Interpreter<'a> {
         if values.code(Group::Orient).is_none() {
             return Ok(());
         }
-        self.modes.spindle = Spindle::Still;
+        self.stop_spindle();
         values.take('r');
         if self.setup.dialect.is_fanuc_like() {
             // An angle.

@@ -19,8 +19,9 @@ pub trait TipKinematics: Debug + Send + Sync {
     /// Why the axes cannot hold the tip there.
     fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String>;
 
-    /// The axis positions with the rotary axes turned such that the tool points along `vector`, from its tip up the tool, as the workpiece
-    /// sees it, in the axes that X, Y and Z have at rotary zero, and the other such positions within the machine's limits, if there are any; linear axes stay.
+    /// Turns the rotary axes until the tool points along `vector`; linear axes stay. `vector` goes from the tip up the tool, as the workpiece sees
+    /// it, along X, Y and Z as they are while all rotary axes are at zero. Returns these axis positions, and the others within the machine's
+    /// limits that do the same, if there are any.
     ///
     /// # Errors
     /// Why the rotary axes cannot.

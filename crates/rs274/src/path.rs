@@ -6,7 +6,7 @@
 //! goes where they take it.
 
 use super::canonical::{Axis, Move, MoveKind, Position};
-use super::feed::{LINEAR_TRIPLES, NO_TRAVEL_MM};
+use super::feed::{NO_TRAVEL_MM, Travel, travel_by};
 use super::interpret::Program;
 use super::kinematics::Kinematics;
 use thiserror::Error;
@@ -210,14 +210,15 @@ fn point_at(start: &Position, step: &Move, end: &Position, fraction: f64) -> Pos
 #[must_use]
 pub fn length(start: &Position, step: &Move) -> f64 {
     let change = |axis: Axis| step.end[axis] - start[axis];
-    let norm = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     if let MoveKind::Arc { plane, centre, sweep } = step.kind {
         let [first, second, normal] = plane.axes();
         let radius = (start[first] - centre[0]).hypot(start[second] - centre[1]);
         return (radius * sweep).hypot(change(normal));
     }
-    let along = LINEAR_TRIPLES.into_iter().map(norm).find(|&length| length > NO_TRAVEL_MM);
-    along.unwrap_or_else(|| norm([Axis::A, Axis::B, Axis::C]).to_degrees())
+    match travel_by(change) {
+        Travel::Along(length) => length,
+        Travel::Turning(angle) => angle.to_degrees(),
+    }
 }
 
 /// Radii that differ by less than this, mm, do so by rounding, and leave a circle by no more.

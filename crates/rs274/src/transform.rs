@@ -120,7 +120,7 @@ impl Interpreter<'_> {
             return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
         }
         let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
-        // From no angle both ways lead to the same. Haas's manuals do not say that G69 makes it one.
+        // While no turn is in force, a step is the whole angle. Haas's manuals do not say that G69 forgets the angle.
         if self.modes.incremental && (self.transforms.turn.is_some() || self.setup.dialect == Dialect::Haas) {
             self.note_unknown(STEP_OF_TURN.to_owned());
         }

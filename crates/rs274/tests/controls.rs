@@ -48,8 +48,9 @@ struct TiltingTable;
 
 impl TipKinematics for TiltingTable {
     fn tip(&self, axes: &Position, length_mm: f64) -> Result<Position, String> {
-        let below = Position([0.0, 0.0, length_mm, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        Ok(turned(&Position(std::array::from_fn(|i| axes.0[i] - below.0[i])), axes[Axis::A]))
+        let mut tip = *axes;
+        tip[Axis::Z] -= length_mm;
+        Ok(turned(&tip, axes[Axis::A]))
     }
 
     fn axes(&self, tip: &Position, length_mm: f64) -> Result<Position, String> {
@@ -899,6 +900,8 @@ fn haass_lathes_turn_driven_tools_and_the_sub_spindle_at_the_speed_of_p() {
             assert_eq!(speeds(source, &Setup { user_codes: user_codes(), ..setup }), expected, "{source}");
         }
     }
+    // M5 stops it on mills.
+    assert_eq!(speeds("M133P2000\nG0X1.\nM5\nX2.", &Setup { user_codes: user_codes(), ..fanuc() }), [2000.0, 0.0]);
     let told = notes("M133P2000\nG0X1.\nM30", &lathe());
     assert!(told.contains("`user_codes = { M133 = \"spindle-on\" }`"), "{told}");
 }

@@ -668,7 +668,7 @@ fn a_pattern_is_repeated_nearer_and_nearer() {
             assert!(told.starts_with("bad.nc:2:") && told.contains(why), "{words}: {told}");
         }
         // Beside G71 they are an allowance, which is not followed.
-        for (words, expected) in [("I0.5", 1), ("K0.5", 1), ("I0K0", 0)] {
+        for (words, expected) in [("I0.5", 1), ("K0.5", 1), ("I0.5K0.5", 1), ("I0K0", 0)] {
             let program = run(&in_one(&format!("D2.{words}")).replace("G73", "G71"), &setup);
             assert_eq!(program.notes.iter().filter(|note| note.is_unknown).count(), expected, "{words}");
         }

@@ -126,7 +126,8 @@ impl Left {
                 format!("{name}: none deeper than {} mm", self.resolution_mm)
             }
         };
-        let lost = is_lost(comparison).then(|| format!("GOUGE, {}", lost(surface)));
+        let what = if missing.greatest_mm > 0.0 { "MISSING or GOUGE" } else { "GOUGE" };
+        let lost = is_lost(comparison).then(|| format!("{what}, {}", lost(surface)));
         // A surface that lacks its material for sure is told by that.
         let of_surface_mm = if surface.greatest_mm > 0.0 { 0.0 } else { surface.at_most_mm };
         let may = Deviation { at_most_mm: gouge.at_most_mm.max(of_surface_mm), ..*gouge };
@@ -138,7 +139,7 @@ impl Left {
     }
 }
 
-/// Whether the part's surface is farther from what is left than gouges and missing material are deep: a thin wall is gone.
+/// Whether the part's surface is farther from what may be left than gouges and missing material are deep: a wall or a boss is gone, or never was in the workpiece.
 fn is_lost(Comparison { gouge, missing, surface, .. }: &Comparison) -> bool {
     surface.greatest_mm > gouge.greatest_mm.max(missing.greatest_mm)
 }

@@ -5,8 +5,8 @@
 //!
 //! - A triangle that collapses (two corners weld) is dropped. In a closed mesh its points belong to its neighbours.
 //!
-//! - A triangle with the same three corners as an earlier one is dropped. Where it winds against that one, both stay if the mesh is
-//!   watertight only with both: bodies with a side in common.
+//! - A triangle with the same three corners as an earlier one is dropped. Triangles that wind against an earlier one stay if the mesh is
+//!   watertight only with them, as of bodies with a side in common, and no component consists of such pairs alone.
 //!
 //! - A triangle with three different corners on a line is kept. It has no area, but its corners count, and dropping it would open the
 //!   surface between its neighbours.
