@@ -95,7 +95,7 @@ struct Joint {
     round: [Option<Curve>; 3],
     /// What is left of the new element.
     curve: Curve,
-    /// Whether the control sees the new element too late, and overcuts.
+    /// Whether blocks without a move keep the control from seeing the new element in time: it overcuts.
     is_blind: bool,
 }
 

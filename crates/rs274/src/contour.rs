@@ -8,7 +8,6 @@ use super::canonical::{Axis, MoveKind};
 use super::compensation::Compensation;
 use super::dialect::own;
 use super::error::{Cause, Fault};
-use super::feed::travel;
 use super::interpret::{Interpreter, Next};
 use super::lathe::{MAX_PASSES, X, Z};
 use super::modal::{Code, Values};
@@ -20,7 +19,7 @@ const MAX_LINES: usize = 10_000;
 /// Chords per full turn of a contour's arcs, where a roughing cut looks for it: 0.05 mm off an arc of 100 mm radius.
 const CHORDS_PER_TURN: f64 = 100.0;
 
-/// What R and D of G73 must be, for messages.
+/// The value of R or D of G73, as messages name it.
 const PASSES: &str = "the number of passes, from 1 to 9999";
 
 /// A piece of a contour, in axis positions.
@@ -213,7 +212,7 @@ impl Interpreter<'_> {
                 _ if piece.rapid => self.rapid_to(target)?,
                 None => self.feed_to(target, values)?,
                 Some((centre, sweep)) => {
-                    let feed = self.feed_for(travel(&self.position, &target), &target, values)?;
+                    let feed = self.straight_feed(&target, values)?;
                     self.position = target;
                     let centre = [centre[0] + shift[1], centre[1] + shift[0]];
                     self.emit(MoveKind::Arc { plane: super::canonical::Plane::Zx, centre, sweep }, feed)?;

@@ -56,7 +56,7 @@ impl Interpreter<'_> {
             return Err(values.fault(letter, Cause::Range("a corner", "larger than 0")));
         }
         let text = values.fault(letter, OPEN_CORNER).text;
-        let feed = self.feed_for(super::feed::travel(&self.position, &target), &target, values)?;
+        let feed = self.straight_feed(&target, values)?;
         self.corner = Some(Corner { from: self.position, feed, size, rounds, line: self.line, text });
         self.position = target;
         Ok(())

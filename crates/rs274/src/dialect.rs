@@ -109,7 +109,7 @@ pub struct Note {
     pub line: u32,
     /// How many further lines it is about.
     pub more: u32,
-    /// Whether the machine may do something else at this line than the moves show.
+    /// Whether the machine may move otherwise at this line than the program's moves.
     pub is_unknown: bool,
     /// What it is.
     pub text: String,

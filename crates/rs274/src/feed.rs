@@ -46,19 +46,23 @@ impl Interpreter<'_> {
         }
     }
 
-    /// The share of F that a straight move has along its [`Travel`]. On Fanuc's controls F is of all axes together, a degree being a millimetre or, in
-    /// G20, an inch (B-63534EN, linear interpolation: `G91 G1 X20. B40. F300.` takes √(20² + 40²) / 300 min); led by its tip the tool has F there.
-    pub(super) fn share_of_feed(&self, target: &Values9) -> f64 {
+    /// Feed rate of a straight move from the present position, mm/min, or degrees/min for one that only turns. On Fanuc's controls F is the speed of all
+    /// axes together, where a degree counts as a millimetre or, in G20, as an inch (B-63534EN, linear interpolation: `G91 G1 X20. B40. F300.` takes
+    /// √(20² + 40²) / 300 min). Under tool-centre-point control F is the speed of the tip.
+    pub(super) fn straight_feed(&self, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
+        let travel = travel(&self.position, target);
+        let feed = self.feed_for(travel, target, values)?;
         let is_of_all = self.setup.dialect == Dialect::Fanuc && self.modes.feed_mode == FeedMode::PerMinute;
-        let Travel::Along(length) = travel(&self.position, target) else { return 1.0 };
+        let Travel::Along(length) = travel else { return Ok(feed) };
         if !is_of_all || self.tip_mm.is_some() {
-            return 1.0;
+            return Ok(feed);
         }
         let change = |axis: Axis| {
             let unit = if axis.is_rotary() { self.modes.unit_mm() } else { 1.0 };
             unit * (target[axis as usize] - self.position[axis as usize])
         };
-        length / Axis::ALL.into_iter().map(|axis| change(axis).powi(2)).sum::<f64>().sqrt()
+        let of_all = Axis::ALL.into_iter().map(|axis| change(axis).powi(2)).sum::<f64>().sqrt();
+        Ok(feed.map(|feed| feed * length / of_all))
     }
 
     /// Feed rate in mm/min of a move from the present position that travels `per_revolution` mm each turn of the spindle. `None`

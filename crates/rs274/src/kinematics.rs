@@ -27,7 +27,7 @@ pub trait TipKinematics: Debug + Send + Sync {
     /// Why the rotary axes cannot.
     fn orient(&self, vector: [f64; 3], axes: &Position) -> Result<(Position, Option<Position>), String>;
 
-    /// Whether an axis turns the workpiece, as one of a table does.
+    /// Whether the workpiece turns with an axis: one of a table.
     fn turns_work(&self, axis: Axis) -> bool;
 }
 

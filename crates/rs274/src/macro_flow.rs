@@ -69,7 +69,7 @@ impl Jumps {
     }
 }
 
-/// What is wrong with a number that no line has.
+/// The error for an N that no line has.
 const NO_LINE: Cause = Cause::Flow("there is no line with this number N");
 
 fn sequence(number: f64) -> Option<u32> {

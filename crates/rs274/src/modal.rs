@@ -426,7 +426,7 @@ impl Values {
         self.lengths.get() & !slots("h") != 0
     }
 
-    /// Whether the block has this word, as a length other than 0.
+    /// Whether this word of the block is a length, and not 0.
     pub fn is_length(&self, letter: char) -> bool {
         self.lengths.get() >> slot(letter) & 1 == 1
     }
@@ -517,7 +517,7 @@ fn owns_axis_words(name: CodeName) -> bool {
     matches!(name.to_string().as_str(), "G5" | "G5.1" | "G22")
 }
 
-/// What is wrong with a letter that stands twice in a block.
+/// The error for a letter that stands twice in a block.
 fn duplicate(block: &Block, letter: char, setup: &Setup) -> Cause {
     let is_call = |word: &Word| word.letter == 'g' && word.value.literal() == Some(65.0);
     if setup.dialect.is_fanuc_like() && "ijk".contains(letter) && block.words.iter().any(is_call) {

@@ -324,8 +324,7 @@ impl Interpreter<'_> {
 
     /// A straight feed move.
     pub(super) fn feed_to(&mut self, target: Values9, values: &Values) -> Result<(), Fault> {
-        let feed = self.feed_for(travel(&self.position, &target), &target, values)?;
-        let feed = feed.map(|feed| feed * self.share_of_feed(&target));
+        let feed = self.straight_feed(&target, values)?;
         self.straight_to(target, MoveKind::Feed, feed, values)
     }
 

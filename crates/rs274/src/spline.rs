@@ -5,7 +5,6 @@
 
 use super::canonical::Plane;
 use super::error::{Cause, Fault};
-use super::feed::travel;
 use super::interpret::Interpreter;
 use super::modal::Values;
 use super::offsets::Values9;
@@ -53,7 +52,7 @@ impl Interpreter<'_> {
             let first = first.or(self.spline_leaves).ok_or_else(|| fault(Cause::Missing(missing)))?;
             ([start, plus(start, first), plus(end, last), end], Some(last.map(|x| -x)))
         };
-        let feed = self.feed_for(travel(&self.position, &target), &target, values)?;
+        let feed = self.straight_feed(&target, values)?;
         let chords = chords(&points);
         for chord in 1..=chords {
             let mut next = target;

@@ -188,7 +188,7 @@ impl Interpreter<'_> {
     }
 }
 
-/// Whether a rotary axis is off whole turns, which are zero to everything that turns.
+/// Whether an axis is rotary and does not stand at a multiple of 360 degrees.
 fn is_turned(axis: Axis, position: &Values9) -> bool {
     let degrees = position[axis as usize];
     axis.is_rotary() && (degrees - 360.0 * (degrees / 360.0).round()).abs() > AT_ZERO_DEG
