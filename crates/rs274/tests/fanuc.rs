@@ -415,6 +415,24 @@ fn the_first_move_behind_g69_is_to_a_place() {
 }
 
 #[test]
+fn a_turn_or_scale_without_a_centre_is_about_where_the_tool_is() {
+    for (source, expected) in [
+        // (10, 0) turned by 90 degrees is at (0, 10), which the second turn leaves where it is.
+        ("G68X0Y0R90.\nG0X10.Y0\nG68R45.\nG0X0Y10.", [0.0, 10.0, 0.0]),
+        // One word: about (5, 10), from which (5, 0) is 10 down, and after a half turn 10 up.
+        ("G68X0Y0R90.\nG0X10.Y0\nG68X5.R180.\nG0X5.Y0", [5.0, 20.0, 0.0]),
+        ("G51.1X0\nG0X10.\nG51P2.\nG0X10.", [-10.0, 0.0, 0.0]),
+        ("G51.1X0\nG0X10.\nG51P2.\nG0X9.", [-8.0, 0.0, 0.0]),
+        // The turn comes behind the scale.
+        ("G68X0Y0R90.\nG0X10.Y0\nG51P2.\nG0X11.", [0.0, 12.0, 0.0]),
+        ("G0X10.\nG68R90.\nG0X11.Y0", [10.0, 1.0, 0.0]),
+    ] {
+        let program = run(&format!("{source}\nM30"), &fanuc());
+        support::assert_near(*ends(&program).last().unwrap(), expected, source);
+    }
+}
+
+#[test]
 fn another_zero_in_turned_scaled_or_mirrored_coordinates() {
     for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50"), ("G51.1X0", "G50.1")] {
         for zero in ["G92X0Y0", "G52X1.", "G55", "G54.1P2"] {
