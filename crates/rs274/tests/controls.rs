@@ -993,6 +993,47 @@ fn words_that_programs_commonly_have_are_taken() {
     assert_end("M19P270\nG67G0X1.\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("M19 P270\nM2", &linuxcnc(), "1:5", "P must be 0, 1 or 2");
     assert_end("S500\nG0Z5.\nG84X1.Z-1.R1.J2.F100.\nM30", &haas(), [1.0, 0.0, 5.0]);
+    assert_end("S500\nG0Z5.\nG84X1.Z-1.R1.Q0.3F100.\nM30", &fanuc, [1.0, 0.0, 5.0]);
+    assert_end("G0Z5.\nG73X1.Z-9.R1.Q2.K4.F100.\nM30", &haas(), [1.0, 0.0, 5.0]);
+    assert_refused("G0Z5.\nG73X1.Z-9.R1.K4.F100.\nM30", &haas(), "2:14", "no code of this block uses this word");
+}
+
+#[test]
+fn fanucs_words_of_a_cycle_go_over_to_another() {
+    let fed = |source: &str, setup: &Setup| {
+        let moves = run(&format!("G0Z5.\n{source}\nM30"), setup).moves;
+        moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.end[Axis::Z]).collect::<Vec<_>>()
+    };
+    assert_eq!(fed("G99G81X1.Z-3.R2.F100.\nG83X2.Z-6.Q4.", &fanuc()), [-3.0, -2.0, -6.0]);
+    // Pecks stay for the next cycle that has some; Q of G76 is one.
+    assert_eq!(fed("G83X1.Z-6.R2.Q4.F100.\nG81X2.\nG83X3.", &fanuc()), [-2.0, -6.0, -6.0, -2.0, -6.0]);
+    assert_eq!(fed("G76X1.Z-6.R2.Q4.F100.\nG83X2.", &fanuc()), [-6.0, -2.0, -6.0]);
+    let dwells = |source: &str| {
+        let moves = run(&format!("G0Z5.\n{source}\nM30"), &fanuc()).moves;
+        moves.iter().filter(|step| matches!(step.kind, MoveKind::Dwell { .. })).count()
+    };
+    assert_eq!(dwells("G82X1.Z-3.R2.P500F100.\nG81X2.\nG80"), 1);
+    assert_eq!(dwells("G82X1.Z-3.R2.P500F100.\nG89X2.\nG80"), 2);
+    for end in ["G80", "G0"] {
+        let source = format!("G0Z5.\nG81X1.Z-3.R2.F100.\n{end}\nG83X2.Z-6.Q4.\nM30");
+        assert_refused(&source, &fanuc(), "4:1", "R, the retract height, is missing");
+    }
+    assert_refused("G0Z5.\nG81X1.Z-3.R2.F100.\nG83X2.Z-6.Q4.\nM30", &haas(), "3:1", "R, the retract height");
+}
+
+#[test]
+fn the_step_aside_of_g76_is_not_examined() {
+    let told = |words: &str, setup: &Setup| {
+        let program = run(&format!("S100M3\nG0Z5.\nG76X2.Z-1.R1.{words}F100.\nG80\nM30"), setup);
+        program.notes.iter().any(|note| note.is_unknown && note.text.starts_with("G76 steps aside"))
+    };
+    for setup in [fanuc(), haas()] {
+        for (words, expected) in [("Q0.3", true), ("I0.2J-0.1", true), ("", false), ("Q0", false), ("I0J0", false)] {
+            assert_eq!(told(words, &setup), expected, "{words}");
+        }
+    }
+    // Q of the cycle before.
+    assert!(notes("G0Z5.\nG83X1.Z-1.R1.Q0.3F100.\nG76X2.\nM30", &fanuc()).contains("G76 steps aside"));
 }
 
 #[test]
