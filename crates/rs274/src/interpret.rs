@@ -260,6 +260,9 @@ impl<'a> Interpreter<'a> {
             if self.parameters.has_full_turn.take() {
                 self.note("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
             }
+            if self.parameters.asks_input.take() {
+                self.note_unknown("#5399 is read as 0 here; on the machine it is what M66 has read: the input's state, or -1 where it has waited too long".to_owned());
+            }
             match next {
                 Ok(Next::Line(next)) => at = next,
                 Ok(Next::End) => return errors,
@@ -752,6 +755,9 @@ impl<'a> Interpreter<'a> {
         }
         Ok(())
     }
+        if values.number(Group::Signal) == Some(66) {
+            self.parameters.read_input();
+        }
 
     fn dwell(&mut self, values: &Values) -> Result<(), Fault> {
         if values.number(Group::NonModal) != Some(40) {
