@@ -78,6 +78,36 @@ fn what_never_ends_ends_at_the_limit() {
 }
 
 #[test]
+fn lines_behind_an_optional_end_are_named() {
+    let noted = |source: &str, setup: &Setup| {
+        let program = run(source, setup);
+        assert_eq!(program.moves.last().unwrap().end[Axis::X], 1.0, "{source}");
+        program.notes.iter().filter(|note| note.is_unknown && note.text.contains("with `/` ends the program")).count()
+    };
+    for (source, expected) in [
+        ("G0X1.\n/M30\nX9.\nM30", 1),
+        ("G0X1.\n/M99\nX9.\nM30", 1),
+        ("G0X1.\n/M30\n(OFF)\nN9M9\nM30\nO2\nG0X9.\nM99", 0),
+        ("G0X1.\n/M99\nM30", 0),
+        ("G0X1.\nM30\nX9.", 0),
+    ] {
+        assert_eq!(noted(source, &fanuc()), expected, "{source}");
+    }
+    assert_eq!(noted("G0 X1\n/M2\nX9\nM2", &Setup::default()), 1);
+    let skips = Setup { block_delete: true, ..fanuc() };
+    assert!(run("G0X1.\n/M30\nX9.\nM30", &skips).notes.iter().all(|note| !note.is_unknown));
+}
+
+#[test]
+fn p_is_no_word_of_fanucs_arcs() {
+    for setup in [fanuc(), haas()] {
+        let program = run("G2X10.I5.J0F100.M98P3\nM30\nO3\nM99", &setup);
+        assert!(matches!(program.moves[0].kind, MoveKind::Arc { sweep, .. } if (sweep + PI).abs() < 1e-9));
+        assert!(refused("G2X10.I5.J0F100.P3\nM30", &setup).contains("no code of this block uses this word: `P3`"));
+    }
+}
+
+#[test]
 fn m99_goes_on_with_a_line_or_from_the_start() {
     assert_eq!(xs("X1.\nM99P7\nX9.\nN7X2.\nM30"), [1.0, 2.0]);
     assert!(refused("M99P7\nM30", &fanuc()).contains("there is no line with this number N"));
@@ -88,8 +118,17 @@ fn m99_goes_on_with_a_line_or_from_the_start() {
         program.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>(),
         ["M99 starts the program again; it is followed twice"]
     );
+    // What goes round for ever is followed twice, whether it begins at the first line or not.
+    let source = "X1.\nN5X2.\nX3.\nM99P5";
+    assert_eq!(xs(source), [1.0, 2.0, 3.0, 2.0, 3.0]);
+    let program = run(&format!("G21{source}"), &fanuc());
+    assert_eq!(program.notes.len(), 1);
+    assert_eq!(program.notes[0].to_string(), "line 4: M99 P goes round for ever; it is followed twice");
+    assert_eq!(xs("N1M99P1"), [0.0; 0]);
+    // A loop that counts ends where it says.
+    assert_eq!(xs("#1=0\nN1#1=#1+1\nX#1\nIF[#1EQ4]GOTO9\nM99P1\nN9M30"), [1.0, 2.0, 3.0, 4.0]);
     let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..fanuc() };
-    assert!(refused("N1M99P1", &setup).contains("more than 1000 blocks executed"));
+    assert!(refused("#1=0\nN1#1=#1+1\nM99P1", &setup).contains("more than 1000 blocks executed"));
 }
 
 #[test]
