@@ -755,6 +755,9 @@ impl<'a> Interpreter<'a> {
         if values.number(Group::Signal) == Some(own::ASK_OPERATOR) {
             self.ask_operator(values)?;
         }
+        if values.number(Group::Signal) == Some(66) {
+            self.parameters.read_input();
+        }
         // Inputs and outputs of a controller that is not there.
         if values.code(Group::Signal).is_some() {
             for letter in ['p', 'e', 'l', 'q'] {
@@ -772,9 +775,6 @@ impl<'a> Interpreter<'a> {
         }
         Ok(())
     }
-        if values.number(Group::Signal) == Some(66) {
-            self.parameters.read_input();
-        }
 
     fn dwell(&mut self, values: &Values) -> Result<(), Fault> {
         if values.number(Group::NonModal) != Some(40) {

@@ -332,8 +332,13 @@ impl Interpreter<'_> {
     fn arc(&mut self, values: &Values, clockwise: bool) -> Result<(), Fault> {
         let plane = self.modes.plane;
         let target = self.target(values);
-        let turns =
-            values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?.unwrap_or(1);
+        // Fanuc's and Haas's arcs have no P.
+        let turns = if self.setup.dialect.is_fanuc_like() {
+            None
+        } else {
+            values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?
+        };
+        let turns = turns.unwrap_or(1);
         let Some(similar) = self.offsets.similar(plane) else {
             if self.transforms.is_uneven() {
                 let why = "an arc in a plane of axes that G51 scales differently: Fanuc's controls trace no ellipse";

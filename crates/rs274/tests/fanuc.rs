@@ -4,7 +4,7 @@ mod support;
 
 use rs274::{Axis, Dialect, Limits, MoveKind, Position, Setup, Tool, interpret};
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 use support::{assert_ends, ends, refused, run};
 
@@ -291,7 +291,7 @@ fn a_machine_position_is_what_g53_takes() {
 fn a_lathes_codes_are_those_of_system_a() {
     // G50 limits the speed, G99 feeds per revolution, G98 per minute, G96 keeps the surface speed.
     let program = run("G50S2000\nG96S200M3\nG0X100.Z0\nG99G1Z-10.F0.2\nX1.\nG98G1Z-20.F100.\nM30", &lathe());
-    let rpm = 200_000.0 / (std::f64::consts::PI * 100.0);
+    let rpm = 200_000.0 / (PI * 100.0);
     assert!((program.moves[1].spindle_rpm - rpm).abs() < 1e-6);
     assert!((program.moves[1].feed_mm_min.unwrap() - 0.2 * rpm).abs() < 1e-6);
     assert_eq!(program.moves[2].spindle_rpm, 2000.0);
@@ -502,6 +502,30 @@ fn there_are_more_coordinate_systems() {
     assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
     assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);
     assert_ends("G10L20P2X7.\nG154P2G0X1.\nG111X2.\nM30", &haas(), &[[8.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    // Another code's P: Haas's G54 is G54; Fanuc's may be G54.1, which has no system 1000.
+    let sub = "G0X1.\nM99";
+    for (source, setup, noted) in [
+        (format!("#7041=100.\nG54M98P3\nM30\nO3{sub}"), fanuc(), true),
+        (format!("G54M98P1000\nM30\nO1000{sub}"), fanuc(), false),
+        (format!("#7041=100.\nG54M98P3\nM30\nO3{sub}"), haas(), false),
+        (format!("G54M97P20\nM30\nN20{sub}"), haas(), false),
+        ("#7041=100.\nG54G4P3\nG0X1.\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG54G99G82X1.Z-1.R0P3F100.\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG82X2.Z-1.R0P1000F100.\nG54X1.P3\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG10L2P3X5.G54\nG0X1.\nM30".to_owned(), fanuc(), true),
+    ] {
+        let program = run(&source, &setup);
+        assert_eq!(ends(&program).last().unwrap()[0], 1.0, "{source}");
+        let told = program.notes.iter().any(|note| note.is_unknown && note.text.contains("may take it for G54.1 P3"));
+        assert_eq!(told, noted, "{source}");
+    }
+    for (source, setup) in
+        [("G54.1M98P3\nM30\nO3\nM99", fanuc()), ("G154G4P3\nM30", haas()), ("G10L2P3X5.G54.1\nM30", fanuc())]
+    {
+        assert!(refused(source, &setup).contains("another code that takes P"), "{source}");
+    }
+    assert_ends("G10L20P3X100.\nG54.1P3G99G81X1.Z0R0F100.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]; 2]);
+    assert!(refused("G54P1\nM30", &haas()).contains("no code of this block uses this word"));
     let program = run("G54.1P298G0X1.\nM30", &fanuc());
     assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
     assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));
