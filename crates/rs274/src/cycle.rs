@@ -159,6 +159,9 @@ impl Interpreter<'_> {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
         self.note_waiting_length();
+        if !self.modes.incremental {
+            self.note_lapsed_length();
+        }
         axes.iter().for_each(|&axis| self.offset_change[axis as usize] = 0.0);
         let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);

@@ -31,6 +31,8 @@ pub(super) struct OffsetNumbers {
     /// H of mills, and whether G43 or G44 is in force.
     pub length: Option<u32>,
     pub adds_length: bool,
+    /// Whether G28, G30 or G53 has moved Z since then: Fanuc's controls cancel the length, and a parameter says until when.
+    pub lapses: bool,
     /// D of mills; of lathes the offset of T.
     pub radius: Option<u32>,
 }
@@ -54,6 +56,7 @@ impl Interpreter<'_> {
                 return Err(values.fault('h', Cause::NotAllowed(why)));
             }
             self.numbers.length = Some(number);
+            self.numbers.lapses = false;
         }
         if let Some(number) = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs) {
             let changes = self.numbers.radius != Some(number) && values.number(Group::CutterCompensation) != Some(400);

@@ -134,6 +134,9 @@ impl Interpreter<'_> {
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
                 self.note_step_behind_turn(i, is_step.then_some(value));
+                if axis == Axis::Z && !is_step {
+                    self.note_lapsed_length();
+                }
             }
         }
         let from = self.offsets.to_program(&self.position);
@@ -178,6 +181,9 @@ impl Interpreter<'_> {
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
         for (i, _) in words.iter().enumerate().filter(|(_, word)| word.is_some()) {
             (self.offset_change[i], self.turned_back[i]) = (0.0, false);
+        }
+        if words[Axis::Z as usize].is_some() {
+            self.lapse_length();
         }
         std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
     }

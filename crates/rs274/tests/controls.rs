@@ -335,6 +335,40 @@ fn haass_g28_cancels_the_tool_length() {
 }
 
 #[test]
+fn a_length_that_fanucs_controls_cancel_at_home_is_told() {
+    let told = |source: &str, setup: &Setup| {
+        let source = format!("T1M6\nG90G54G0X0Y0\nG43H1Z100.\nG1Z-1.F100\nG0Z100.\n{source}\nM30");
+        let notes = run(&source, setup).notes;
+        notes.iter().filter(|note| note.is_unknown).map(|note| note.line).collect::<Vec<_>>()
+    };
+    for (source, line) in [
+        ("G91G28Z0\nM0\nG90G0X40.\nZ5.\nZ2.", 9),
+        ("G91G30Z0\nG90G0Z5.", 7),
+        ("G91G28\nG90G0Z5.", 7),
+        ("G90G53Z300.\nG1Z5.", 7),
+        ("G53Z300.\nX1.\nG81X2.Z-1.R5.", 8),
+        ("G28Z100.\nG28Z100.", 7),
+    ] {
+        assert_eq!(told(source, &fanuc()), [line], "{source}");
+        assert!(told(source, &haas()).is_empty(), "{source}");
+    }
+    for source in [
+        // The next tool, the end, no length, the same length again.
+        "G91G28Z0\nG28X0Y0\nT2M6\nG90G0X40.Y0\nG43H2Z5.\nZ2.",
+        "G91G28Z0\nG90\nG0X40.\nG43H1Z5.",
+        "G91G28Z0\nG90\nG0X40.\nH1Z5.",
+        "G28G91Z0M5\nG49\nG90G0Z5.",
+        "G0G49G53Z0\nZ5.",
+        "G53Z0\nG53X0Y0\nG91G28Z0",
+        "G91G28Z0\nG28Z0\nG0Z-1.",
+        "G91G28X0Y0\nG90G0Z5.",
+        "G53X0\nG0Z5.",
+    ] {
+        assert!(told(source, &fanuc()).is_empty(), "{source}");
+    }
+}
+
+#[test]
 fn words_of_g76_are_diameters_in_g7() {
     let cut = |mode: &str| {
         let source = format!("G18 G8 G97 S100 M3\nG0 X20 Z5\n{mode} G76 P1.5 Z-10 I-2 J0.6 K1.8\nM2");
