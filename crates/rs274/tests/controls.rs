@@ -755,8 +755,8 @@ fn words_without_a_decimal_point_are_told_or_counted() {
 #[test]
 fn fanucs_outside_corners_are_straight() {
     // D2: the centre is 5 to the right. Along +Y to (0, 10), to the left along -X: the corner at (5, 15) is met straight on.
-    let start = "G0X-10.Y-10.\nG42D2G1X0Y0F100\nY10.\n";
-    let corner = |next: &str, setup: &Setup| ends(&run(&format!("{start}{next}\nM30"), setup)).split_off(4);
+    let start = "G0Y-20.\nG42D2G1Y0F100\nY10.\n";
+    let corner = |next: &str, setup: &Setup| ends(&run(&format!("{start}{next}\nM30"), setup)).split_off(3);
     let near = |found: Vec<[f64; 3]>, expected: &[[f64; 2]]| {
         let same = found.iter().zip(expected).all(|(f, e)| (f[0] - e[0]).hypot(f[1] - e[1]) < 1e-9);
         assert!(found.len() == expected.len() && same, "{found:?}, expected {expected:?}");
@@ -814,6 +814,38 @@ fn fanucs_lead_in_goes_to_the_start_of_the_next_element() {
     }
     // LinuxCNC's ends where the shifted curves meet.
     assert_ends(inside, &linuxcnc(), &[[-20.0, 10.0, 0.0], at_z(0.0, 15.0), at_z(0.0, 50.0)]);
+}
+
+#[test]
+fn fanucs_lead_in_before_an_outside_corner_is_of_type_a() {
+    let open = |source: &str, setup: &Setup| {
+        run(source, setup).notes.iter().filter(|note| note.is_unknown && note.text.contains("outside corner")).count()
+    };
+    // The tool is 5 to the left: of +Y at X-5, of +X behind the corner at Y45.
+    let outside = "G0Y-30.\nG1G41D2Y40.F100.\nX80.\nM30";
+    assert_ends(outside, &fanuc(), &[[0.0, -30.0, 0.0], [0.0, 45.0, 0.0], [80.0, 45.0, 0.0]]);
+    assert_eq!(open(outside, &fanuc()), 1);
+    // Haas's is left at type B: beside the end, then round it.
+    let round = [[0.0, -30.0, 0.0], [-5.0, 40.0, 0.0], [0.0, 45.0, 0.0], [80.0, 45.0, 0.0]];
+    assert_ends(outside, &haas(), &round);
+    assert_eq!(open(outside, &haas()), 1);
+    // By 135 degrees: beside the line down and right, 5 up and right of (0, 40).
+    let s = 5.0 * 0.5_f64.sqrt();
+    assert_ends(
+        "G0Y-30.\nG1G41D2Y40.F100.\nX40.Y0\nM30",
+        &fanuc(),
+        &[[0.0, -30.0, 0.0], [s, 40.0 + s, 0.0], [40.0 + s, s, 0.0]],
+    );
+    // What both types do alike: inside corners, straight on, no radius, later corners.
+    for source in [
+        "G0X-20.Y10.\nG1G41D2X0F100.\nY50.\nM30",
+        "G0Y-30.\nG1G41D2Y40.F100.\nY80.\nX80.\nM30",
+        "G0Y-30.\nG1G41D2Y40.F100.\nX0.4Y80.\nM30",
+        "G0Y-30.\nG1G41D0Y40.F100.\nX80.\nM30",
+    ] {
+        assert_eq!(open(source, &fanuc()) + open(source, &haas()), 0, "{source}");
+    }
+    assert_eq!(open("G0 Y-30\nG1 G41 D2 Y40 F100\nX80\nM2", &linuxcnc()), 0);
 }
 
 #[test]
