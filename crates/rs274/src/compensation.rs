@@ -12,7 +12,8 @@
 //! inside corner the tool goes straight from there to the end of the next (B-63534EN, "A block without tool movement").
 //!
 //! The first move leads from where the tool is to the shifted end; it must be at least a radius long. On Fanuc's and Haas's controls, at an inside
-//! corner, it leads to beside the start of the next element, which stays whole. An arc that leads in goes
+//! corner, it leads to beside the start of the next element, which stays whole. At an outside corner Fanuc's do so with start-up type A
+//! (parameter 5003#0 at 0), which is followed; with type B they go round the corner. An arc that leads in goes
 //! through the tool's place and ends in the programmed direction. G40 changes nothing until the next move, which must be
 //! straight and leads to its programmed end. On lathes (G18) what is shifted is the centre of the nose, and the tool's
 //! orientation says where the point lies that moves are about.
@@ -37,6 +38,9 @@ pub const SMOOTH_CORNER: f64 = 0.05;
 /// Number of blocks without a move behind which Fanuc's controls do not see the next move: parameter 19625 at its least.
 const BLIND_BLOCKS: usize = 2;
 
+/// Lead-ins of types A and B that end no farther apart than this are one.
+const LEAD_IN_TOLERANCE_MM: f64 = 0.05;
+
 /// Corners that turn by no more than this beyond a right angle, radians, are right angles.
 const SHARP_CORNER: f64 = 1e-9;
 
@@ -47,6 +51,9 @@ const BLIND_ARC: Cause = Cause::Compensation(
 );
 const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's place into the shifted one");
 const NARROW_ARC: Cause = Cause::Compensation("the tool's radius is not less than the arc's");
+
+const STRAIGHT_IN: &str = "the move that leads in is followed by an outside corner: it goes straight to beside the start of the next move, as with Fanuc's parameter 5003#0 (SUP) at 0, type A; with type B the tool goes beside its end and round the corner";
+const ROUND_IN: &str = "the move that leads in is followed by an outside corner: the tool goes beside its end and round the corner, as with type B of Haas's Setting 43; with type A it goes straight to beside the start of the next move";
 
 /// Whether and how the tool's centre leaves the programmed path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -97,6 +104,8 @@ struct Joint {
     curve: Curve,
     /// Whether blocks without a move keep the control from seeing the new element in time: it overcuts.
     is_blind: bool,
+    /// Whether a setting of the control says how the move before leads in.
+    is_open: bool,
 }
 
 impl Compensation {
@@ -134,7 +143,7 @@ impl Offset {
             Curve::Line { to, direction, .. } => Curve::Line { from: self.at, to, direction },
             Curve::Arc { .. } => curve,
         };
-        let plain = Joint { before: None, round: [None; 3], curve: plain, is_blind: false };
+        let plain = Joint { before: None, round: [None; 3], curve: plain, is_blind: false, is_open: false };
         let Some(Element { curve: last, leads_in, block: before, .. }) = self.last else { return Ok(plain) };
         if self.left == 0.0 {
             return Ok(plain);
@@ -152,16 +161,18 @@ impl Offset {
         } else {
             inwards > 0.0
         };
+        // Type A leads to beside the start of the next element.
+        let straight_in = match last {
+            Curve::Line { from, direction, .. } if leads_in => Some(Curve::Line { from, to: curve.from(), direction }),
+            _ => None,
+        };
+        let is_blind = self.dialect == Dialect::Fanuc && block > before + BLIND_BLOCKS;
         if is_inside {
-            if self.dialect == Dialect::Fanuc && block > before + BLIND_BLOCKS {
+            if is_blind {
                 let is_arc = matches!(curve, Curve::Arc { .. });
                 return if is_arc { Err(BLIND_ARC) } else { Ok(Joint { is_blind: true, ..plain }) };
             }
-            if let Curve::Line { from, direction, .. } = last
-                && leads_in
-                && self.dialect.is_fanuc_like()
-            {
-                let before = Curve::Line { from, to: curve.from(), direction };
+            if let Some(before) = straight_in.filter(|_| self.dialect.is_fanuc_like()) {
                 return Ok(Joint { before: Some(before), curve, ..plain });
             }
             let (before, curve) = last.cut_where_they_meet(&curve).ok_or(GOUGE)?;
@@ -169,11 +180,16 @@ impl Offset {
         }
         // Back on itself the path goes round its end, whichever side the turn seems to be to.
         let angle = if inwards < 0.0 { turned.abs() } else { TAU - turned.abs() };
+        let apart = norm(minus(curve.from(), self.at));
+        let is_open = straight_in.is_some() && self.dialect.is_fanuc_like() && apart > LEAD_IN_TOLERANCE_MM;
+        if let Some(before) = straight_in.filter(|_| self.dialect == Dialect::Fanuc && !is_blind) {
+            return Ok(Joint { before: Some(before), curve, is_open, ..plain });
+        }
         if self.dialect == Dialect::Fanuc {
-            return Ok(self.mitre(&last, curve, angle));
+            return Ok(Joint { is_open, ..self.mitre(&last, curve, angle) });
         }
         let round = Curve::Arc { centre: corner, from: self.at, to: curve.from(), sweep: angle.copysign(-self.left) };
-        Ok(Joint { round: [Some(round), None, None], curve, ..plain })
+        Ok(Joint { round: [Some(round), None, None], curve, is_open, ..plain })
     }
 
     /// An outside corner that turns by `angle` in straight lines: one corner up to a right angle, then two, and what is left of an arc's
@@ -194,7 +210,7 @@ impl Offset {
             Curve::Arc { from, .. } => (line(second, from), curve),
         };
         let between = if is_sharp { line(first, second) } else { None };
-        Joint { before: None, round: [line(self.at, first), between, rest], curve, is_blind: false }
+        Joint { before: None, round: [line(self.at, first), between, rest], curve, is_blind: false, is_open: false }
     }
 }
 
@@ -357,7 +373,7 @@ impl Interpreter<'_> {
         let shifted = Curve::Arc { centre: circle.centre, from, to, sweep: circle.sweep }.shifted(offset.left);
         let joint = if leads_in {
             let curve = leading_in(offset.at, &shifted, turns).ok_or_else(|| fault(NO_LEAD_IN))?;
-            Joint { before: None, round: [None; 3], curve, is_blind: false }
+            Joint { before: None, round: [None; 3], curve, is_blind: false, is_open: false }
         } else {
             offset.join(from, shifted, self.nc_blocks).map_err(fault)?
         };
@@ -370,6 +386,10 @@ impl Interpreter<'_> {
     fn follow(&mut self, joint: &Joint, kind: MoveKind, feed: Option<f64>) -> Result<(), Fault> {
         if joint.is_blind {
             self.note("an inside corner behind two or more blocks without a move in the plane: the control does not see this move in time and overcuts the corner; with a larger parameter 19625 it does not".to_owned());
+        }
+        if joint.is_open {
+            let told = if self.setup.dialect == Dialect::Fanuc { STRAIGHT_IN } else { ROUND_IN };
+            self.note_unknown(told.to_owned());
         }
         let block = self.nc_blocks;
         let Compensation::On(offset) = &mut self.compensation else { return Ok(()) };

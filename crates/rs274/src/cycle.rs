@@ -2,8 +2,8 @@
 //!
 //! A cycle drills along the plane's normal. It goes above the hole, comes to R, does what its code says, and ends at R (G99) or where the first
 //! of consecutive cycles started (G98). In G91 R counts from there, the bottom from R, and L repeats it a step further each time. R, the
-//! bottom, P and Q hold for the next block of the same cycle: on Fanuc's and Haas's controls R and the bottom as heights, on LinuxCNC as
-//! numbers that each block reads again in its own mode and unit; there the height of G98 is such a number, too.
+//! bottom, P and Q hold for the next block of the same cycle, on Fanuc's controls of any cycle up to G80: on Fanuc's and Haas's controls R and the
+//! bottom as heights, on LinuxCNC as numbers that each block reads again in its own mode and unit; there the height of G98 is such a number, too.
 //!
 //! How it goes above the hole depends on the control. Fanuc's and Haas's go at the height where they are. LinuxCNC goes to R first, up or down,
 //! if the first of consecutive cycles started below R. From above R it goes at its height; else it goes straight to the height where the cycle ends,
@@ -29,8 +29,17 @@ const ROUNDING_MM: f64 = 1e-9;
 /// Most holes of one block, and most pecks of one hole.
 const MAX_REPEATS: i32 = 100_000;
 
-/// Words that hold for the next block of the same cycle: mm and seconds. On Fanuc's controls `bottom`, `retract` and `middle` are heights
-/// in program coordinates.
+/// Note on Fanuc's and Haas's `G76`.
+const STEP_ASIDE: &str = "G76 steps aside by its Q (or I and J) at the bottom of the hole, and goes up there; which way is a setting of the machine: the step is not examined";
+
+/// Note on Fanuc's taps with Q.
+const TAP_IN_PECKS: &str = "Q of G74 and G84: the tap goes down in one go here, past the same places as in pecks";
+
+/// Note on Haas's `G73` with Q and K.
+const UP_AFTER_PECKS: &str = "K beside Q of G73: the ways up to R after each K are left out; they lie in the hole";
+
+/// Words that hold for the next block of the same cycle, on Fanuc's controls of any cycle: mm and seconds. On Fanuc's and Haas's controls `bottom`,
+/// `retract` and `middle` are heights in program coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sticky {
     /// The code they belong to, ten times its number.
@@ -38,6 +47,7 @@ pub(super) struct Sticky {
     bottom: f64,
     retract: f64,
     dwell_s: f64,
+    /// On Fanuc's controls the last Q, whatever it meant.
     pecks: Pecks,
     beside: [f64; 2],
     middle: f64,
@@ -69,6 +79,11 @@ struct Pecks {
 }
 
 impl Pecks {
+    /// Pecks of one depth.
+    const fn even(depth: f64) -> Self {
+        Self { first: depth, less: 0.0, least: depth }
+    }
+
     /// How deep the first `count` of them go together.
     fn depth(&self, count: f64) -> f64 {
         let Self { first, less, least } = *self;
@@ -105,6 +120,11 @@ pub(super) const fn is_cycle(code: i32) -> bool {
     matches!(code, 730 | 740 | 810..=890 | own::FINE_BORE)
 }
 
+/// Whether a cycle drills in pecks.
+const fn drills_in_pecks(code: i32) -> bool {
+    matches!(code, 730 | 830)
+}
+
 /// The letter among I, J and K that belongs to X, Y or Z.
 const fn centre_letter(axis: Axis) -> char {
     match axis {
@@ -139,6 +159,9 @@ impl Interpreter<'_> {
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
         self.note_waiting_length();
+        if !self.modes.incremental {
+            self.note_lapsed_length();
+        }
         axes.iter().for_each(|&axis| self.offset_change[axis as usize] = 0.0);
         let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
@@ -160,7 +183,11 @@ impl Interpreter<'_> {
             clear: if self.modes.retract_to_r { retract } else { highest },
             dwell_s: sticky.dwell_s,
             // G51 does not scale pecks.
-            pecks: sticky.pecks.unscaled(self.transforms.factor(normal as usize)),
+            pecks: if drills_in_pecks(code) {
+                sticky.pecks.unscaled(self.transforms.factor(normal as usize))
+            } else {
+                Pecks::default()
+            },
             beside: sticky.beside,
             middle: if counts { bottom + sticky.middle } else { sticky.middle },
         };
@@ -222,18 +249,55 @@ impl Interpreter<'_> {
             }
             return Ok(Some(pecks));
         }
-        let peck = if values.lacks_point('q') { self.take_count(values, 'q') } else { self.take_length(values, 'q') };
-        match peck {
+        match self.take_q(values) {
             Some(peck) if peck <= 0.0 => Err(values.fault('q', Cause::Range("Q", "above 0"))),
-            peck => Ok(peck.map(|peck| Pecks { first: peck, less: 0.0, least: peck })),
+            peck => Ok(peck.map(Pecks::even)),
         }
     }
 
-    /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle; the first of consecutive cycles
-    /// started at the height `initial`.
+    /// What the block's Q means to a cycle: pecks; on Fanuc's controls the step aside of G76, too, and what is held for the next cycle is that of
+    /// any cycle before. Also takes the words that G73, G74, G76 and G84 have beside it.
+    fn read_pecks(&mut self, values: &Values, code: i32, held: Option<Pecks>) -> Result<Pecks, Fault> {
+        let (taps, dialect) = (matches!(code, 740 | 840), self.setup.dialect);
+        if drills_in_pecks(code) {
+            // Without Q Fanuc's controls drill in one go.
+            let pecks = self.take_pecks(values)?.or(held).or(dialect.is_fanuc_like().then(Pecks::default));
+            if dialect == Dialect::Haas && code == 730 && values.has('q') && values.has('k') {
+                values.drop_word('k');
+                self.note(UP_AFTER_PECKS.to_owned());
+            }
+            return pecks.ok_or_else(|| values.motion_fault(Cause::Missing("Q, the depth of a peck,")));
+        }
+        let own_q =
+            if code == own::FINE_BORE || (taps && dialect == Dialect::Fanuc) { self.take_q(values) } else { None };
+        let pecks = own_q.map(|depth| Pecks::even(depth.abs())).or(held).unwrap_or_default();
+        if code == own::FINE_BORE {
+            let parts = ['i', 'j'].map(|letter| self.take_length(values, letter).unwrap_or(0.0));
+            if pecks.first != 0.0 || parts != [0.0; 2] {
+                self.note_unknown(STEP_ASIDE.to_owned());
+            }
+        }
+        if taps && own_q.is_some() {
+            self.note(TAP_IN_PECKS.to_owned());
+        }
+        if taps && dialect == Dialect::Haas {
+            // How many times faster a tap comes out.
+            values.drop_word('j');
+        }
+        Ok(pecks)
+    }
+
+    fn take_q(&self, values: &Values) -> Option<f64> {
+        if values.lacks_point('q') { self.take_count(values, 'q') } else { self.take_length(values, 'q') }
+    }
+
+    /// Takes R, the bottom, P and Q from the block, or from the block before when that was the same cycle, on Fanuc's controls any; the first of
+    /// consecutive cycles started at the height `initial`.
     fn read_cycle_words(&mut self, values: &Values, code: i32, normal: Axis, initial: f64) -> Result<(), Fault> {
-        let fault = |cause| self.fault_at(values, Group::Motion, cause);
-        let before = (self.sticky.code == code).then_some(self.sticky);
+        let is_same = self.sticky.code == code;
+        let goes_over = self.setup.dialect == Dialect::Fanuc && self.sticky.code != 0;
+        let before = (is_same || goes_over).then_some(self.sticky);
+        let fault = |cause| values.motion_fault(cause);
         let needed =
             |given: Option<f64>, held: Option<f64>, what| given.or(held).ok_or_else(|| fault(Cause::Missing(what)));
         let like_fanuc = self.setup.dialect.is_fanuc_like();
@@ -248,26 +312,14 @@ impl Interpreter<'_> {
         let bottom = bottom.map(|(word, is_step)| if like_fanuc && is_step { retract + word } else { word });
         let bottom = needed(bottom, before.map(|s| s.bottom), "the depth of the hole")?;
         let dwells = matches!(code, 820 | 860 | 880 | 890 | own::FINE_BORE);
-        let may_dwell = dwells || matches!(code, 730 | 740 | 830 | 840) || like_fanuc;
-        let mut dwell_s = if may_dwell { self.take_dwell(values, 'p') } else { None }.or(before.map(|s| s.dwell_s));
+        let taps = matches!(code, 740 | 840);
+        let may_dwell = dwells || taps || drills_in_pecks(code) || like_fanuc;
+        let held = before.filter(|_| is_same || dwells || taps).map(|s| s.dwell_s);
+        let mut dwell_s = if may_dwell { self.take_dwell(values, 'p') } else { None }.or(held);
         if dwells && !like_fanuc {
             dwell_s = Some(needed(dwell_s, None, "P, the dwell,")?);
         }
-        let pecks = if matches!(code, 730 | 830) {
-            // Without Q Fanuc's controls drill in one go.
-            let held = before.map(|s| s.pecks).or(like_fanuc.then(Pecks::default));
-            let pecks = self.take_pecks(values)?.or(held);
-            pecks.ok_or_else(|| fault(Cause::Missing("Q, the depth of a peck,")))?
-        } else {
-            Pecks::default()
-        };
-        match code {
-            // The step aside, which touches nothing.
-            own::FINE_BORE => values.drop_word('q'),
-            // How many times faster a tap comes out.
-            740 | 840 if self.setup.dialect == Dialect::Haas => values.drop_word('j'),
-            _ => {}
-        }
+        let pecks = self.read_pecks(values, code, before.map(|s| s.pecks))?;
         if dwell_s.is_some_and(|seconds| seconds < 0.0) {
             return Err(values.fault('p', Cause::Range("P", "at least 0")));
         }
@@ -278,6 +330,7 @@ impl Interpreter<'_> {
             }
             let letters = self.modes.plane.axes().map(centre_letter);
             let [first, second, third] = letters.map(|letter| self.take_length(values, letter));
+            let before = before.filter(|_| is_same);
             let held = |at: usize| before.map(|s| s.beside[at]);
             let way = "I, J and K, the way in and how far to bore,";
             beside = [needed(first, held(0), way)?, needed(second, held(1), way)?];

@@ -163,6 +163,22 @@ impl Interpreter<'_> {
         }
     }
 
+    /// Takes note that G28, G30 or G53 has moved Z on a Fanuc mill.
+    pub(super) fn lapse_length(&mut self) {
+        let adds = self.numbers.adds_length && self.offsets.tool[Axis::Z as usize] != 0.0;
+        self.numbers.lapses |= adds && self.setup.dialect == Dialect::Fanuc;
+    }
+
+    /// Notes that Z goes to a place of the program while it is open whether the tool length counts.
+    pub(super) fn note_lapsed_length(&mut self) {
+        if std::mem::take(&mut self.numbers.lapses) {
+            self.note_unknown(
+                "Z goes to a place behind G28, G30 or G53 without another G43, H or G49: Fanuc's controls cancel the tool length there, until the next block with parameter 5001#6 (EVO) at 1, and with 0 until G43 or H; it is kept here"
+                    .to_owned(),
+            );
+        }
+    }
+
     fn obey_tool_length(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
         // The length in force, named again, changes nothing.
@@ -202,6 +218,7 @@ impl Interpreter<'_> {
     /// Sets what is added to the axes.
     fn change_tool_offset(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         self.numbers.adds_length = matches!(code.number, 430 | 440);
+        self.numbers.lapses = false;
         match code.number {
             490 => self.offsets.tool = [0.0; 9],
             432 if values.has('h') && values.has_axis() => {
@@ -366,6 +383,9 @@ impl Interpreter<'_> {
             turn(&mut target, rotation);
             interpreter.rapid_to(target)
         })?;
+        if goes(Axis::Z as usize) {
+            self.lapse_length();
+        }
         if cancels_length {
             self.offsets.tool = [0.0; 9];
             self.numbers.adds_length = false;

@@ -6,7 +6,7 @@ use super::datum::{ORIGIN_STRIDE, ORIGINS, SYSTEMS};
 use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
-use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values};
+use super::modal::{CANCEL_CYCLE, FeedMode, Group, Values, whole};
 use super::offsets::{Offsets, Values9, from_canonical};
 use super::setup::MORE_OFFSETS;
 
@@ -31,6 +31,8 @@ pub(super) struct OffsetNumbers {
     /// H of mills, and whether G43 or G44 is in force.
     pub length: Option<u32>,
     pub adds_length: bool,
+    /// Whether G28, G30 or G53 has moved Z since then: Fanuc's controls cancel the length, and a parameter says until when.
+    pub lapses: bool,
     /// D of mills; of lathes the offset of T.
     pub radius: Option<u32>,
 }
@@ -54,6 +56,7 @@ impl Interpreter<'_> {
                 return Err(values.fault('h', Cause::NotAllowed(why)));
             }
             self.numbers.length = Some(number);
+            self.numbers.lapses = false;
         }
         if let Some(number) = values.take_whole('d', 0..=99_999, "D", range)?.map(i32::unsigned_abs) {
             let changes = self.numbers.radius != Some(number) && values.number(Group::CutterCompensation) != Some(400);
@@ -113,10 +116,14 @@ impl Interpreter<'_> {
     pub(super) fn system_of(&mut self, values: &Values, number: i32) -> Result<usize, Fault> {
         let more = match number {
             1100..=1290 => (number - 1100) / 10 + 1,
+            541 if self.has_other_use_of_p(values) => {
+                let why = "another code that takes P beside G54.1 or G154: give it a block of its own";
+                return Err(self.fault_at(values, Group::Coordinates, Cause::NotAllowed(why)));
+            }
             541 => self.take_system(values)?.ok_or_else(|| {
                 self.fault_at(values, Group::Coordinates, Cause::Missing("P, the number of the coordinate system,"))
             })?,
-            540 if self.setup.dialect.is_fanuc_like() => self.take_system(values)?.unwrap_or(0),
+            540 if self.setup.dialect == Dialect::Fanuc => self.system_of_g54(values)?,
             _ => 0,
         };
         let Some(more) = usize::try_from(more).ok().filter(|&more| more > 0) else {
@@ -131,6 +138,33 @@ impl Interpreter<'_> {
             ));
         }
         Ok(system)
+    }
+
+    /// The number of the further system that Fanuc's G54 selects, 0 for G54 itself. Its P makes it G54.1, but where another code takes P: then that depends on
+    /// the control.
+    fn system_of_g54(&mut self, values: &Values) -> Result<i32, Fault> {
+        let drills = match values.number(Group::Motion) {
+            Some(code) => is_cycle(code),
+            None => values.has_axis() && self.modes.motion.is_some_and(is_cycle),
+        };
+        if !drills && !self.has_other_use_of_p(values) {
+            return Ok(self.take_system(values)?.unwrap_or(0));
+        }
+        if let Some(number) = values.take('p').and_then(whole).filter(|number| (1..=MORE_SYSTEMS).contains(number)) {
+            self.note_unknown(format!(
+                "G54 beside another code with P is taken for G54; a control with further coordinate systems may take it for G54.1 P{number}"
+            ));
+        }
+        Ok(0)
+    }
+
+    /// Whether a code of the block other than that of a coordinate system, or of a cycle that may dwell, takes P.
+    fn has_other_use_of_p(&self, values: &Values) -> bool {
+        let groups = [Group::Subprogram, Group::Orient, Group::Driven, Group::Signal, Group::User, Group::Scale];
+        groups.iter().any(|&group| values.code(group).is_some())
+            || matches!(values.number(Group::NonModal), Some(40 | 100 | 300 | 531))
+            || values.number(Group::Motion).is_some_and(|code| code >= own::FINISH)
+            || values.may_be_left('p')
     }
 
     fn take_system(&self, values: &Values) -> Result<Option<i32>, Fault> {

@@ -3,7 +3,7 @@
 //! Order of execution inside a block as LinuxCNC documents it (G-code overview, "Order of Execution"). Cited facts:
 //! Kramer, Proctor, Messina: The NIST RS274/NGC Interpreter, NISTIR 6556; LinuxCNC's G-code reference.
 
-use super::block::{Block, Keyword, Target};
+use super::block::{Block, Keyword, Target, Word};
 use super::canonical::{Axis, Move, MoveKind, Plane};
 use super::compensation::Compensation;
 use super::contour::follows_contour;
@@ -260,6 +260,9 @@ impl<'a> Interpreter<'a> {
             if self.parameters.has_full_turn.take() {
                 self.note("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
             }
+            if self.parameters.asks_input.take() {
+                self.note_unknown("#5399 is read as 0 here; on the machine it is what M66 has read: the input's state, or -1 where it has waited too long".to_owned());
+            }
             match next {
                 Ok(Next::Line(next)) => at = next,
                 Ok(Next::End) => return errors,
@@ -415,7 +418,24 @@ impl<'a> Interpreter<'a> {
             _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
+        if next == Next::End && block.deletable && at < table.own {
+            self.note_optional_end(&lines[at + 1..table.own]);
+        }
         Ok(next)
+    }
+
+    /// Notes the end of the program at a line with `/` where the lines behind it, up to the next program, do more than end it.
+    fn note_optional_end(&mut self, behind: &Lines) {
+        let begins = |block: &Block| block.flow.as_ref().is_some_and(|flow| flow.keyword == Keyword::Label);
+        let ends = |word: &Word| {
+            word.letter == 'm'
+                && word.value.literal().is_some_and(|code| [0.0, 1.0, 2.0, 5.0, 9.0, 30.0, 99.0].contains(&code))
+        };
+        let does_more = |block: &Block| block.flow.is_some() || block.jump.is_some() || !block.words.iter().all(ends);
+        let mut behind = behind.iter().take_while(|line| !line.as_ref().is_ok_and(begins));
+        if behind.any(|line| line.as_ref().map_or(true, does_more)) {
+            self.note_unknown("this line with `/` ends the program, so the lines behind it are not examined; `--block-delete` skips it as the switch of the control does".to_owned());
+        }
     }
 
     /// M2 and M30. Grbl goes back to G1, G17, G54, G90, G94, M5 and M9 and runs on (its `gcode.c`, step 21).
@@ -734,6 +754,9 @@ impl<'a> Interpreter<'a> {
         }
         if values.number(Group::Signal) == Some(own::ASK_OPERATOR) {
             self.ask_operator(values)?;
+        }
+        if values.number(Group::Signal) == Some(66) {
+            self.parameters.read_input();
         }
         // Inputs and outputs of a controller that is not there.
         if values.code(Group::Signal).is_some() {

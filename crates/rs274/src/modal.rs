@@ -404,6 +404,11 @@ impl Values {
         }
     }
 
+    /// Whether a word may be one of a skipped code.
+    pub fn may_be_left(&self, letter: char) -> bool {
+        self.spare >> slot(letter) & 1 == 1
+    }
+
     /// Whether the block has any of X, Y, Z, A, B, C, U, V, W, or X and Y as `@` and `^`.
     pub fn has_axis(&self) -> bool {
         AXES.chars().any(|letter| self.has(letter))

@@ -134,6 +134,9 @@ impl Interpreter<'_> {
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
                 self.note_step_behind_turn(i, is_step.then_some(value));
+                if axis == Axis::Z && !is_step {
+                    self.note_lapsed_length();
+                }
             }
         }
         let from = self.offsets.to_program(&self.position);
@@ -178,6 +181,9 @@ impl Interpreter<'_> {
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
         for (i, _) in words.iter().enumerate().filter(|(_, word)| word.is_some()) {
             (self.offset_change[i], self.turned_back[i]) = (0.0, false);
+        }
+        if words[Axis::Z as usize].is_some() {
+            self.lapse_length();
         }
         std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
     }
@@ -332,8 +338,13 @@ impl Interpreter<'_> {
     fn arc(&mut self, values: &Values, clockwise: bool) -> Result<(), Fault> {
         let plane = self.modes.plane;
         let target = self.target(values);
-        let turns =
-            values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?.unwrap_or(1);
+        // Fanuc's and Haas's arcs have no P.
+        let turns = if self.setup.dialect.is_fanuc_like() {
+            None
+        } else {
+            values.take_whole('p', 1..=MAX_TURNS, "P", "a whole number of turns from 1 to 100000")?
+        };
+        let turns = turns.unwrap_or(1);
         let Some(similar) = self.offsets.similar(plane) else {
             if self.transforms.is_uneven() {
                 let why = "an arc in a plane of axes that G51 scales differently: Fanuc's controls trace no ellipse";

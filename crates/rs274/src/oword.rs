@@ -210,6 +210,8 @@ pub(super) struct Control {
     kept: BTreeMap<usize, Kept>,
     /// Whether the main program runs for the second time, because of M99.
     has_begun_again: bool,
+    /// The program's variables and the axis positions when M99 P of each line was last reached in the main program.
+    at_jumps: BTreeMap<usize, Vec<u64>>,
 }
 
 impl Control {
@@ -477,10 +479,16 @@ impl Interpreter<'_> {
         self.enter_lines(start, at, times, None).map(Next::Line).map_err(fault)
     }
 
-    /// M99 in the main program: on with line N`to`, else with the first line. What moves for ever is followed twice, the second time from where the
-    /// first one ends.
+    /// M99 in the main program: on with line N`to`, else with the first line. What goes round for ever is followed twice, the second time from where the
+    /// first one ends. M99 P does so if nothing has changed since it was last reached.
     fn end_main(&mut self, table: &FlowTable, to: Option<f64>, values: &Values, at: usize) -> Result<Next, Fault> {
         if let Some(number) = to {
+            let state: Vec<u64> = self.parameters.common().chain(self.position.map(f64::to_bits)).collect();
+            if self.control.at_jumps.get(&at) == Some(&state) {
+                self.note("M99 P goes round for ever; it is followed twice".to_owned());
+                return Ok(Next::End);
+            }
+            self.control.at_jumps.insert(at, state);
             return self.line_of(table, number, at).map(Next::Line).map_err(|cause| values.fault('p', cause));
         }
         self.note("M99 starts the program again; it is followed twice".to_owned());

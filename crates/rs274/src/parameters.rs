@@ -102,6 +102,9 @@ const UNKNOWN_POCKET: Cause = Cause::NotAllowed(
     "a pocket of the tool changer, which is not known; `#<_current_tool>` and `#<_selected_tool>` are",
 );
 
+/// Where LinuxCNC's M66 puts what it has read.
+const INPUT: usize = 5399;
+
 /// Values of all parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
@@ -118,6 +121,9 @@ pub(super) struct Parameters {
     pub units: [f64; 9],
     /// Whether, since the interpreter last asked, Fanuc's ATAN or ASIN gave an angle that is 360 degrees less where parameter 6004#0 is 1.
     pub has_full_turn: Cell<bool>,
+    /// Whether [`INPUT`] holds what LinuxCNC's M66 has read, which is not known; and whether, since the interpreter last asked, it was asked for then.
+    holds_input: bool,
+    pub asks_input: Cell<bool>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
 }
@@ -141,6 +147,8 @@ impl Parameters {
             is_haas: dialect == Dialect::Haas,
             units: [1.0; 9],
             has_full_turn: Cell::new(false),
+            holds_input: false,
+            asks_input: Cell::new(false),
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],
@@ -163,6 +171,7 @@ impl Parameters {
         if self.has_vacant && matches!(index, 5000..=5999) && !is_readable(index, self.is_haas) {
             return Err(Cause::UnknownParameter);
         }
+        self.asks_input.set(self.asks_input.get() || (self.holds_input && index == INPUT));
         let value = self.numbered[index];
         if value == UNKNOWN {
             return Err(if matches!(index, 5021..=5029) { UNKNOWN_PLACE } else { Cause::UnknownParameter });
@@ -205,6 +214,7 @@ impl Parameters {
             return Err(Cause::ReadOnlyParameter);
         }
         if !self.has_vacant {
+            self.holds_input &= index != INPUT;
             self.numbered[index] = value;
             return Ok(());
         }
@@ -221,6 +231,18 @@ impl Parameters {
             return Err(Cause::NotAllowed("writing a system variable other than origins of work coordinates"));
         }
         Ok(())
+    }
+
+    /// LinuxCNC's M66: an input, taken to be 0.
+    pub fn read_input(&mut self) {
+        self.holds_input = true;
+        self.numbered[INPUT] = 0.0;
+    }
+
+    /// The values of the variables that are the program's own on Fanuc's and Haas's controls, in bits.
+    pub fn common(&self) -> impl Iterator<Item = u64> {
+        let is_own = |entry: &(usize, &f64)| is_common(entry.0, self.is_haas);
+        self.numbered.iter().enumerate().filter(is_own).map(|(_, value)| value.to_bits())
     }
 
     /// `#number`, which must be a common variable, is what the operator enters: `given`, or unset.

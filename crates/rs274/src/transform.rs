@@ -9,6 +9,7 @@ use super::dialect::Dialect;
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
+use super::offsets::Values9;
 
 const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
@@ -49,6 +50,13 @@ impl Transforms {
     fn affine(&self) -> Option<Affine> {
         let parts = [self.mirror(), self.scale.clone(), self.turn.clone()];
         parts.into_iter().flatten().reduce(|first, then| then.after(&first))
+    }
+
+    /// Mirrors and scales a point.
+    fn apply_unturned(&self, point: &mut Values9) {
+        for part in [self.mirror(), self.scale.clone()].into_iter().flatten() {
+            part.apply(point);
+        }
     }
 
     fn mirror(&self) -> Option<Affine> {
@@ -126,6 +134,11 @@ impl Interpreter<'_> {
         }
         let [first, second, normal] = self.modes.plane.axes();
         let mut centre = self.offsets.to_program(&self.position);
+        // Where the tool is, behind all that is in force.
+        let mut here = centre;
+        if let Some(local) = &self.offsets.local {
+            local.apply(&mut here);
+        }
         let (mut reverses, mut is_beside) = (false, false);
         for axis in [first, second] {
             let (at, word) = (axis as usize, self.take_axis(values, axis));
@@ -137,8 +150,9 @@ impl Interpreter<'_> {
         if is_beside && self.setup.dialect == Dialect::Fanuc {
             self.note_unknown(MIRRORED_TURN.to_owned());
         }
-        for part in [self.transforms.mirror(), self.transforms.scale.clone()].into_iter().flatten() {
-            part.apply(&mut centre);
+        self.transforms.apply_unturned(&mut centre);
+        for axis in [first, second].into_iter().filter(|axis| !values.has(axis.letter().to_ascii_lowercase())) {
+            centre[axis as usize] = here[axis as usize];
         }
         let degrees = if reverses { -degrees } else { degrees };
         let [x, y, z, ..] = centre;
@@ -152,7 +166,8 @@ impl Interpreter<'_> {
             (self.transforms.scale, self.transforms.factors) = (None, None);
             return self.transform(code);
         }
-        let here = self.offsets.to_program(&self.position);
+        let mut here = self.offsets.to_program(&self.position);
+        self.transforms.apply_unturned(&mut here);
         let about = LINEAR.map(|axis| self.take_axis(values, axis).unwrap_or(here[axis as usize]));
         // Without a decimal point Fanuc's factors count thousandths.
         let factor = |letter: char| {

@@ -335,6 +335,40 @@ fn haass_g28_cancels_the_tool_length() {
 }
 
 #[test]
+fn a_length_that_fanucs_controls_cancel_at_home_is_told() {
+    let told = |source: &str, setup: &Setup| {
+        let source = format!("T1M6\nG90G54G0X0Y0\nG43H1Z100.\nG1Z-1.F100\nG0Z100.\n{source}\nM30");
+        let notes = run(&source, setup).notes;
+        notes.iter().filter(|note| note.is_unknown).map(|note| note.line).collect::<Vec<_>>()
+    };
+    for (source, line) in [
+        ("G91G28Z0\nM0\nG90G0X40.\nZ5.\nZ2.", 9),
+        ("G91G30Z0\nG90G0Z5.", 7),
+        ("G91G28\nG90G0Z5.", 7),
+        ("G90G53Z300.\nG1Z5.", 7),
+        ("G53Z300.\nX1.\nG81X2.Z-1.R5.", 8),
+        ("G28Z100.\nG28Z100.", 7),
+    ] {
+        assert_eq!(told(source, &fanuc()), [line], "{source}");
+        assert!(told(source, &haas()).is_empty(), "{source}");
+    }
+    for source in [
+        // The next tool, the end, no length, the same length again.
+        "G91G28Z0\nG28X0Y0\nT2M6\nG90G0X40.Y0\nG43H2Z5.\nZ2.",
+        "G91G28Z0\nG90\nG0X40.\nG43H1Z5.",
+        "G91G28Z0\nG90\nG0X40.\nH1Z5.",
+        "G28G91Z0M5\nG49\nG90G0Z5.",
+        "G0G49G53Z0\nZ5.",
+        "G53Z0\nG53X0Y0\nG91G28Z0",
+        "G91G28Z0\nG28Z0\nG0Z-1.",
+        "G91G28X0Y0\nG90G0Z5.",
+        "G53X0\nG0Z5.",
+    ] {
+        assert!(told(source, &fanuc()).is_empty(), "{source}");
+    }
+}
+
+#[test]
 fn words_of_g76_are_diameters_in_g7() {
     let cut = |mode: &str| {
         let source = format!("G18 G8 G97 S100 M3\nG0 X20 Z5\n{mode} G76 P1.5 Z-10 I-2 J0.6 K1.8\nM2");
@@ -721,8 +755,8 @@ fn words_without_a_decimal_point_are_told_or_counted() {
 #[test]
 fn fanucs_outside_corners_are_straight() {
     // D2: the centre is 5 to the right. Along +Y to (0, 10), to the left along -X: the corner at (5, 15) is met straight on.
-    let start = "G0X-10.Y-10.\nG42D2G1X0Y0F100\nY10.\n";
-    let corner = |next: &str, setup: &Setup| ends(&run(&format!("{start}{next}\nM30"), setup)).split_off(4);
+    let start = "G0Y-20.\nG42D2G1Y0F100\nY10.\n";
+    let corner = |next: &str, setup: &Setup| ends(&run(&format!("{start}{next}\nM30"), setup)).split_off(3);
     let near = |found: Vec<[f64; 3]>, expected: &[[f64; 2]]| {
         let same = found.iter().zip(expected).all(|(f, e)| (f[0] - e[0]).hypot(f[1] - e[1]) < 1e-9);
         assert!(found.len() == expected.len() && same, "{found:?}, expected {expected:?}");
@@ -780,6 +814,38 @@ fn fanucs_lead_in_goes_to_the_start_of_the_next_element() {
     }
     // LinuxCNC's ends where the shifted curves meet.
     assert_ends(inside, &linuxcnc(), &[[-20.0, 10.0, 0.0], at_z(0.0, 15.0), at_z(0.0, 50.0)]);
+}
+
+#[test]
+fn fanucs_lead_in_before_an_outside_corner_is_of_type_a() {
+    let open = |source: &str, setup: &Setup| {
+        run(source, setup).notes.iter().filter(|note| note.is_unknown && note.text.contains("outside corner")).count()
+    };
+    // The tool is 5 to the left: of +Y at X-5, of +X behind the corner at Y45.
+    let outside = "G0Y-30.\nG1G41D2Y40.F100.\nX80.\nM30";
+    assert_ends(outside, &fanuc(), &[[0.0, -30.0, 0.0], [0.0, 45.0, 0.0], [80.0, 45.0, 0.0]]);
+    assert_eq!(open(outside, &fanuc()), 1);
+    // Haas's is left at type B: beside the end, then round it.
+    let round = [[0.0, -30.0, 0.0], [-5.0, 40.0, 0.0], [0.0, 45.0, 0.0], [80.0, 45.0, 0.0]];
+    assert_ends(outside, &haas(), &round);
+    assert_eq!(open(outside, &haas()), 1);
+    // By 135 degrees: beside the line down and right, 5 up and right of (0, 40).
+    let s = 5.0 * 0.5_f64.sqrt();
+    assert_ends(
+        "G0Y-30.\nG1G41D2Y40.F100.\nX40.Y0\nM30",
+        &fanuc(),
+        &[[0.0, -30.0, 0.0], [s, 40.0 + s, 0.0], [40.0 + s, s, 0.0]],
+    );
+    // What both types do alike: inside corners, straight on, no radius, later corners.
+    for source in [
+        "G0X-20.Y10.\nG1G41D2X0F100.\nY50.\nM30",
+        "G0Y-30.\nG1G41D2Y40.F100.\nY80.\nX80.\nM30",
+        "G0Y-30.\nG1G41D2Y40.F100.\nX0.4Y80.\nM30",
+        "G0Y-30.\nG1G41D0Y40.F100.\nX80.\nM30",
+    ] {
+        assert_eq!(open(source, &fanuc()) + open(source, &haas()), 0, "{source}");
+    }
+    assert_eq!(open("G0 Y-30\nG1 G41 D2 Y40 F100\nX80\nM2", &linuxcnc()), 0);
 }
 
 #[test]
@@ -993,6 +1059,47 @@ fn words_that_programs_commonly_have_are_taken() {
     assert_end("M19P270\nG67G0X1.\nM30", &haas(), [1.0, 0.0, 0.0]);
     assert_refused("M19 P270\nM2", &linuxcnc(), "1:5", "P must be 0, 1 or 2");
     assert_end("S500\nG0Z5.\nG84X1.Z-1.R1.J2.F100.\nM30", &haas(), [1.0, 0.0, 5.0]);
+    assert_end("S500\nG0Z5.\nG84X1.Z-1.R1.Q0.3F100.\nM30", &fanuc, [1.0, 0.0, 5.0]);
+    assert_end("G0Z5.\nG73X1.Z-9.R1.Q2.K4.F100.\nM30", &haas(), [1.0, 0.0, 5.0]);
+    assert_refused("G0Z5.\nG73X1.Z-9.R1.K4.F100.\nM30", &haas(), "2:14", "no code of this block uses this word");
+}
+
+#[test]
+fn fanucs_words_of_a_cycle_go_over_to_another() {
+    let fed = |source: &str, setup: &Setup| {
+        let moves = run(&format!("G0Z5.\n{source}\nM30"), setup).moves;
+        moves.iter().filter(|step| step.kind == MoveKind::Feed).map(|step| step.end[Axis::Z]).collect::<Vec<_>>()
+    };
+    assert_eq!(fed("G99G81X1.Z-3.R2.F100.\nG83X2.Z-6.Q4.", &fanuc()), [-3.0, -2.0, -6.0]);
+    // Pecks stay for the next cycle that has some; Q of G76 is one.
+    assert_eq!(fed("G83X1.Z-6.R2.Q4.F100.\nG81X2.\nG83X3.", &fanuc()), [-2.0, -6.0, -6.0, -2.0, -6.0]);
+    assert_eq!(fed("G76X1.Z-6.R2.Q4.F100.\nG83X2.", &fanuc()), [-6.0, -2.0, -6.0]);
+    let dwells = |source: &str| {
+        let moves = run(&format!("G0Z5.\n{source}\nM30"), &fanuc()).moves;
+        moves.iter().filter(|step| matches!(step.kind, MoveKind::Dwell { .. })).count()
+    };
+    assert_eq!(dwells("G82X1.Z-3.R2.P500F100.\nG81X2.\nG80"), 1);
+    assert_eq!(dwells("G82X1.Z-3.R2.P500F100.\nG89X2.\nG80"), 2);
+    for end in ["G80", "G0"] {
+        let source = format!("G0Z5.\nG81X1.Z-3.R2.F100.\n{end}\nG83X2.Z-6.Q4.\nM30");
+        assert_refused(&source, &fanuc(), "4:1", "R, the retract height, is missing");
+    }
+    assert_refused("G0Z5.\nG81X1.Z-3.R2.F100.\nG83X2.Z-6.Q4.\nM30", &haas(), "3:1", "R, the retract height");
+}
+
+#[test]
+fn the_step_aside_of_g76_is_not_examined() {
+    let told = |words: &str, setup: &Setup| {
+        let program = run(&format!("S100M3\nG0Z5.\nG76X2.Z-1.R1.{words}F100.\nG80\nM30"), setup);
+        program.notes.iter().any(|note| note.is_unknown && note.text.starts_with("G76 steps aside"))
+    };
+    for setup in [fanuc(), haas()] {
+        for (words, expected) in [("Q0.3", true), ("I0.2J-0.1", true), ("", false), ("Q0", false), ("I0J0", false)] {
+            assert_eq!(told(words, &setup), expected, "{words}");
+        }
+    }
+    // Q of the cycle before.
+    assert!(notes("G0Z5.\nG83X1.Z-1.R1.Q0.3F100.\nG76X2.\nM30", &fanuc()).contains("G76 steps aside"));
 }
 
 #[test]

@@ -4,7 +4,7 @@ mod support;
 
 use rs274::{Axis, Dialect, Limits, MoveKind, Position, Setup, Tool, interpret};
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 use support::{assert_ends, ends, refused, run};
 
@@ -78,6 +78,36 @@ fn what_never_ends_ends_at_the_limit() {
 }
 
 #[test]
+fn lines_behind_an_optional_end_are_named() {
+    let noted = |source: &str, setup: &Setup| {
+        let program = run(source, setup);
+        assert_eq!(program.moves.last().unwrap().end[Axis::X], 1.0, "{source}");
+        program.notes.iter().filter(|note| note.is_unknown && note.text.contains("with `/` ends the program")).count()
+    };
+    for (source, expected) in [
+        ("G0X1.\n/M30\nX9.\nM30", 1),
+        ("G0X1.\n/M99\nX9.\nM30", 1),
+        ("G0X1.\n/M30\n(OFF)\nN9M9\nM30\nO2\nG0X9.\nM99", 0),
+        ("G0X1.\n/M99\nM30", 0),
+        ("G0X1.\nM30\nX9.", 0),
+    ] {
+        assert_eq!(noted(source, &fanuc()), expected, "{source}");
+    }
+    assert_eq!(noted("G0 X1\n/M2\nX9\nM2", &Setup::default()), 1);
+    let skips = Setup { block_delete: true, ..fanuc() };
+    assert!(run("G0X1.\n/M30\nX9.\nM30", &skips).notes.iter().all(|note| !note.is_unknown));
+}
+
+#[test]
+fn p_is_no_word_of_fanucs_arcs() {
+    for setup in [fanuc(), haas()] {
+        let program = run("G2X10.I5.J0F100.M98P3\nM30\nO3\nM99", &setup);
+        assert!(matches!(program.moves[0].kind, MoveKind::Arc { sweep, .. } if (sweep + PI).abs() < 1e-9));
+        assert!(refused("G2X10.I5.J0F100.P3\nM30", &setup).contains("no code of this block uses this word: `P3`"));
+    }
+}
+
+#[test]
 fn m99_goes_on_with_a_line_or_from_the_start() {
     assert_eq!(xs("X1.\nM99P7\nX9.\nN7X2.\nM30"), [1.0, 2.0]);
     assert!(refused("M99P7\nM30", &fanuc()).contains("there is no line with this number N"));
@@ -88,8 +118,17 @@ fn m99_goes_on_with_a_line_or_from_the_start() {
         program.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>(),
         ["M99 starts the program again; it is followed twice"]
     );
+    // What goes round for ever is followed twice, whether it begins at the first line or not.
+    let source = "X1.\nN5X2.\nX3.\nM99P5";
+    assert_eq!(xs(source), [1.0, 2.0, 3.0, 2.0, 3.0]);
+    let program = run(&format!("G21{source}"), &fanuc());
+    assert_eq!(program.notes.len(), 1);
+    assert_eq!(program.notes[0].to_string(), "line 4: M99 P goes round for ever; it is followed twice");
+    assert_eq!(xs("N1M99P1"), [0.0; 0]);
+    // A loop that counts ends where it says.
+    assert_eq!(xs("#1=0\nN1#1=#1+1\nX#1\nIF[#1EQ4]GOTO9\nM99P1\nN9M30"), [1.0, 2.0, 3.0, 4.0]);
     let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..fanuc() };
-    assert!(refused("N1M99P1", &setup).contains("more than 1000 blocks executed"));
+    assert!(refused("#1=0\nN1#1=#1+1\nM99P1", &setup).contains("more than 1000 blocks executed"));
 }
 
 #[test]
@@ -252,7 +291,7 @@ fn a_machine_position_is_what_g53_takes() {
 fn a_lathes_codes_are_those_of_system_a() {
     // G50 limits the speed, G99 feeds per revolution, G98 per minute, G96 keeps the surface speed.
     let program = run("G50S2000\nG96S200M3\nG0X100.Z0\nG99G1Z-10.F0.2\nX1.\nG98G1Z-20.F100.\nM30", &lathe());
-    let rpm = 200_000.0 / (std::f64::consts::PI * 100.0);
+    let rpm = 200_000.0 / (PI * 100.0);
     assert!((program.moves[1].spindle_rpm - rpm).abs() < 1e-6);
     assert!((program.moves[1].feed_mm_min.unwrap() - 0.2 * rpm).abs() < 1e-6);
     assert_eq!(program.moves[2].spindle_rpm, 2000.0);
@@ -415,6 +454,24 @@ fn the_first_move_behind_g69_is_to_a_place() {
 }
 
 #[test]
+fn a_turn_or_scale_without_a_centre_is_about_where_the_tool_is() {
+    for (source, expected) in [
+        // (10, 0) turned by 90 degrees is at (0, 10), which the second turn leaves where it is.
+        ("G68X0Y0R90.\nG0X10.Y0\nG68R45.\nG0X0Y10.", [0.0, 10.0, 0.0]),
+        // One word: about (5, 10), from which (5, 0) is 10 down, and after a half turn 10 up.
+        ("G68X0Y0R90.\nG0X10.Y0\nG68X5.R180.\nG0X5.Y0", [5.0, 20.0, 0.0]),
+        ("G51.1X0\nG0X10.\nG51P2.\nG0X10.", [-10.0, 0.0, 0.0]),
+        ("G51.1X0\nG0X10.\nG51P2.\nG0X9.", [-8.0, 0.0, 0.0]),
+        // The turn comes behind the scale.
+        ("G68X0Y0R90.\nG0X10.Y0\nG51P2.\nG0X11.", [0.0, 12.0, 0.0]),
+        ("G0X10.\nG68R90.\nG0X11.Y0", [10.0, 1.0, 0.0]),
+    ] {
+        let program = run(&format!("{source}\nM30"), &fanuc());
+        support::assert_near(*ends(&program).last().unwrap(), expected, source);
+    }
+}
+
+#[test]
 fn another_zero_in_turned_scaled_or_mirrored_coordinates() {
     for (on, off) in [("G68X0Y0R90.", "G69"), ("G51X0Y0Z0P2.", "G50"), ("G51.1X0", "G50.1")] {
         for zero in ["G92X0Y0", "G52X1.", "G55", "G54.1P2"] {
@@ -445,6 +502,30 @@ fn there_are_more_coordinate_systems() {
     assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
     assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);
     assert_ends("G10L20P2X7.\nG154P2G0X1.\nG111X2.\nM30", &haas(), &[[8.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    // Another code's P: Haas's G54 is G54; Fanuc's may be G54.1, which has no system 1000.
+    let sub = "G0X1.\nM99";
+    for (source, setup, noted) in [
+        (format!("#7041=100.\nG54M98P3\nM30\nO3{sub}"), fanuc(), true),
+        (format!("G54M98P1000\nM30\nO1000{sub}"), fanuc(), false),
+        (format!("#7041=100.\nG54M98P3\nM30\nO3{sub}"), haas(), false),
+        (format!("G54M97P20\nM30\nN20{sub}"), haas(), false),
+        ("#7041=100.\nG54G4P3\nG0X1.\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG54G99G82X1.Z-1.R0P3F100.\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG82X2.Z-1.R0P1000F100.\nG54X1.P3\nM30".to_owned(), fanuc(), true),
+        ("#7041=100.\nG10L2P3X5.G54\nG0X1.\nM30".to_owned(), fanuc(), true),
+    ] {
+        let program = run(&source, &setup);
+        assert_eq!(ends(&program).last().unwrap()[0], 1.0, "{source}");
+        let told = program.notes.iter().any(|note| note.is_unknown && note.text.contains("may take it for G54.1 P3"));
+        assert_eq!(told, noted, "{source}");
+    }
+    for (source, setup) in
+        [("G54.1M98P3\nM30\nO3\nM99", fanuc()), ("G154G4P3\nM30", haas()), ("G10L2P3X5.G54.1\nM30", fanuc())]
+    {
+        assert!(refused(source, &setup).contains("another code that takes P"), "{source}");
+    }
+    assert_ends("G10L20P3X100.\nG54.1P3G99G81X1.Z0R0F100.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]; 2]);
+    assert!(refused("G54P1\nM30", &haas()).contains("no code of this block uses this word"));
     let program = run("G54.1P298G0X1.\nM30", &fanuc());
     assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
     assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));

@@ -20,6 +20,21 @@ fn end(program: &Program) -> [f64; 3] {
 }
 
 #[test]
+fn what_m66_reads_is_not_known() {
+    let noted = |source: &str| {
+        let program = support::run(source, &Setup::default());
+        program.notes.iter().filter(|note| note.is_unknown && note.text.starts_with("#5399 is read as 0")).count()
+    };
+    assert_eq!(noted("M66 P0 L3 Q5\no1 if [#5399 EQ -1]\nG0 X8\no1 endif\nG0 X1\nM2"), 1);
+    assert_eq!(noted("#5399 = 7\nM66 E0 L0\nG0 X#5399\nM2"), 1);
+    support::assert_ends("#5399 = 7\nM66 E0 L0\nG0 X#5399\nM2", &Setup::default(), &[[0.0; 3]]);
+    // Nobody asks, or for what the program has put there.
+    assert_eq!(noted("M66 P0 L3 Q5\nG0 X1\nM2"), 0);
+    assert_eq!(noted("M66 P0 L3 Q5\n#5399 = 2\nG0 X#5399\nM2"), 0);
+    assert_eq!(noted("G0 X#5399\nM2"), 0);
+}
+
+#[test]
 fn a_reading_set_in_a_turned_system_moves_its_origin_along_both_axes() {
     let (cos, sin) = (30_f64.to_radians().cos(), 0.5);
     // In G54, turned by 30 degrees, the tool goes to X10, which shall read X0; X5 is then at 15 along the turned X axis.
