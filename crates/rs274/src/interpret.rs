@@ -153,7 +153,7 @@ pub(super) struct Interpreter<'a> {
     pub transforms: Transforms,
     /// What lathe cycles keep.
     pub lathe: LatheMemory,
-    /// Whether the lines of a cycle's contour are being executed, and whether cutter compensation does not count there.
+    /// Whether the lines of a cycle's contour are being executed, and whether cutter compensation and T do not count there.
     pub in_contour: bool,
     pub ignores_compensation: bool,
     /// Lines executed so far.

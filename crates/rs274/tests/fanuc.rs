@@ -641,6 +641,27 @@ fn roughing_cuts_to_the_contour_and_finishing_follows_it() {
 }
 
 #[test]
+fn a_tool_in_a_contour_is_the_finishing_tool() {
+    let source = |word: &str, then: &str| {
+        let roughing = "T0101\nS100M3G0X30.Z2.\nG71U5.R1.\nG71P10Q20U0W0F0.2";
+        format!("{roughing}\nN10G0X10.{word}\nG1Z-10.F0.1\nN20X30.\n{then}\nM30")
+    };
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        let changes = |then: &str| {
+            let change = |kind: MoveKind| if let MoveKind::ToolChange { tool } = kind { Some(tool) } else { None };
+            let moves = run(&source("T0212", then), &setup).moves;
+            moves.iter().filter_map(|step| Some((step.line, change(step.kind)?))).collect::<Vec<_>>()
+        };
+        assert_eq!(ends(&run(&source("T0212", ""), &setup)), ends(&run(&source("", ""), &setup)));
+        assert_eq!(changes(""), [(1, 1)]);
+        assert_eq!(changes("T0212"), [(1, 1), (8, 2)]);
+        assert_eq!(changes("G70P10Q20"), [(1, 1), (5, 2)]);
+        let told = refused(&source("\nG52Z5.", ""), &setup);
+        assert!(told.contains("another zero or tool offset inside the contour"), "{told}");
+    }
+}
+
+#[test]
 fn a_pattern_is_repeated_nearer_and_nearer() {
     let source = format!("S100M3G0X30.Z2.\nG73U4.W2.R3\nG73P10Q20U0W0F0.2\n{CONTOUR}M30");
     let pass = |x: f64, z: f64| {
