@@ -259,6 +259,12 @@ fn a_lathes_codes_are_those_of_system_a() {
     assert_eq!(program.moves[3].feed_mm_min, Some(100.0));
     assert_ends("G50X100.Z50.\nG0X80.Z40.\nM30", &lathe(), &[[-10.0, 0.0, -10.0]]);
     assert_ends("G28U0W0\nM30", &lathe(), &[[0.0; 3], [0.0; 3]]);
+    // H is a step of C, which alone goes home.
+    for source in ["G0X40.Z5.C90.\nG28H0\nM30", "G0X40.Z5.C90.\nG28C90.\nM30"] {
+        let program = run(source, &lathe());
+        support::assert_near(ends(&program)[2], [20.0, 0.0, 5.0], source);
+        assert_eq!(program.moves.iter().map(|m| m.end[Axis::C]).collect::<Vec<_>>(), [FRAC_PI_2, FRAC_PI_2, 0.0]);
+    }
     // Drilling goes along Z; R is a step from where the cycle begins.
     assert_ends(
         "G0X0Z5.\nG83Z-9.R-3.F0.1S100M3\nG80\nM30",
@@ -445,6 +451,12 @@ fn there_are_more_coordinate_systems() {
     assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
     assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);
     assert_ends("G10L20P2X7.\nG154P2G0X1.\nG111X2.\nM30", &haas(), &[[8.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    // On Haas's lathes G112 and G113 are something else, and so is G5.
+    let haas_lathe = Setup { dialect: Dialect::Haas, ..lathe() };
+    for code in ["G112", "G113", "G5R90.F40.Z-70."] {
+        assert!(refused(&format!("{code}\nM30"), &haas_lathe).starts_with("bad.nc:1:1:"), "{code}");
+    }
+    assert_ends("G10L20P5Z7.\nG114G0Z1.\nM30", &haas_lathe, &[[0.0, 0.0, 8.0]]);
     let program = run("G54.1P298G0X1.\nM30", &fanuc());
     assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
     assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));
@@ -592,6 +604,13 @@ fn single_cuts_of_a_lathe_hold_for_the_next_block() {
         [(19.0, 2.0, true), (20.0, -20.0, false), (25.0, -20.0, true), (25.0, 2.0, true)]
     );
     assert!(refused("G0X50.Z2.\nG92X40.Z-20.F1.5\nM30", &lathe()).contains("spindle stands still"));
+    // Haas calls the taper I, along Z K.
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    for (code, letter) in [("G90", 'I'), ("G92", 'I'), ("G94", 'K')] {
+        let source = |letter: char| format!("S100M3\nG0X50.Z2.\n{code}X40.Z-20.{letter}-1.F0.2\nX38.\nM30");
+        assert_eq!(ends(&run(&source(letter), &haas)), ends(&run(&source('R'), &haas)), "{code}");
+        assert!(refused(&source(letter), &lathe()).contains("no code of this block uses this word"), "{code}");
+    }
     assert!(refused("S100M3\nG90X40.F0.2\nM30", &lathe()).contains("X and Z, where the cut ends"));
 }
 
