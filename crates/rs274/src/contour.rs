@@ -66,6 +66,10 @@ impl Interpreter<'_> {
         let start = self.position;
         if code.number == own::FINISH {
             self.run_contour(lines, table, first, last)?;
+            if self.compensation.on().is_some() {
+                let told = "cutter compensation is on where G70 ends: the way back to its start, and what follows, is taken without it";
+                self.note_unknown(told.to_owned());
+            }
             self.rapid_to(start)?;
             return Ok(at + 1);
         }

@@ -660,6 +660,20 @@ fn roughing_cuts_to_the_contour_and_finishing_follows_it() {
 }
 
 #[test]
+fn compensation_that_is_on_behind_a_finishing_cut_is_not_followed() {
+    let nose = Tool { diameter_mm: 0.8, orientation: 2, ..Tool::default() };
+    let setup = Setup { tools: [(1, nose)].into(), ..lathe() };
+    let notes = |off_in_contour: &str, then: &str| {
+        let contour = format!("N10G0X10.\nG1Z-10.F0.1\nN20{off_in_contour}X30.");
+        let roughing = format!("G71U5.R1.\nG71P10Q20U0W0F0.2\n{contour}");
+        let source = format!("T0101\nS100M3G0X40.Z5.\n{roughing}\nG42G0X32.Z3.\nG70P10Q20\n{then}\nM30");
+        run(&source, &setup).notes.into_iter().filter(|note| note.is_unknown).map(|note| note.text).collect::<Vec<_>>()
+    };
+    assert!(notes("", "G1X35.")[0].starts_with("cutter compensation is on where G70 ends"));
+    assert!(notes("G40", "G1X35.").is_empty());
+}
+
+#[test]
 fn a_tool_in_a_contour_is_the_finishing_tool() {
     let source = |word: &str, then: &str| {
         let roughing = "T0101\nS100M3G0X30.Z2.\nG71U5.R1.\nG71P10Q20U0W0F0.2";
