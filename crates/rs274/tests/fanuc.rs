@@ -451,9 +451,9 @@ fn there_are_more_coordinate_systems() {
     assert_ends("G10L20P3X100.Y10.\nG54.1P3G0X1.Y1.\nG54X1.\nM30", &fanuc(), &[[101.0, 11.0, 0.0], [1.0, 11.0, 0.0]]);
     assert_ends("#7041=100.\nG54P3G0X1.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]]);
     assert_ends("G10L20P2X7.\nG154P2G0X1.\nG111X2.\nM30", &haas(), &[[8.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
-    // On Haas's lathes G112 and G113 are something else, and so is G5.
+    // On Haas's lathes G112 and G113 are something else, and so are G5 and G95.
     let haas_lathe = Setup { dialect: Dialect::Haas, ..lathe() };
-    for code in ["G112", "G113", "G5R90.F40.Z-70."] {
+    for code in ["G112", "G113", "G5R90.F40.Z-70.", "G95X40.Z-1.F1."] {
         assert!(refused(&format!("{code}\nM30"), &haas_lathe).starts_with("bad.nc:1:1:"), "{code}");
     }
     assert_ends("G10L20P5Z7.\nG114G0Z1.\nM30", &haas_lathe, &[[0.0, 0.0, 8.0]]);
