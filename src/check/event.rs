@@ -14,8 +14,9 @@
 use super::motion::Path;
 use super::scan::{Nearness, Stretch};
 use super::stock::StockContact;
+use super::turning::Needs;
 use super::{Distances, PARTED_MM, Settings};
-use crate::scene::{Pair, Scene};
+use crate::scene::{Pair, Role, Scene};
 use rs274::{Move, MoveKind, Position};
 
 /// What happens.
@@ -260,7 +261,10 @@ impl OfPair<'_> {
         let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
         let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
         if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
-            let is_stopped = |step: &Move| step.kind.is_feed() && step.spindle_rpm == 0.0;
+            let Pair { a, b } = self.pair;
+            let (workpiece, cutter) = if self.scene.parts[a].role == Role::Workpiece { (a, b) } else { (b, a) };
+            let needs = Needs::of(self.scene, self.path, workpiece, cutter);
+            let is_stopped = |step: &Move| step.kind.is_feed() && needs.stands(step);
             let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
             let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
             let stopped: Vec<_> = stopped.collect();

@@ -7,7 +7,7 @@ use super::event::{Kind, runs};
 use super::motion::Path;
 use super::scan::Stretch;
 use super::spun::Spun;
-use super::turning::{Turning, WorkAxis, feeds_of};
+use super::turning::{Needs, Turning, WorkAxis, feeds_of};
 use super::{CheckError, Cutting, Settings};
 use crate::geometry::{Mesh, Point};
 use crate::machine::Machine;
@@ -98,6 +98,8 @@ struct Other {
     is_turned: bool,
     /// Of what stands while the workpiece turns.
     turning: Option<Turning>,
+    /// The spindle that it needs to cut.
+    needs: Needs,
     /// Whether it is a cutter that nothing turns, nor a workpiece: it takes nothing away.
     stands: bool,
     /// Whether it is asked only while the workpiece turns, and after a driven cutter has cut it: a round workpiece is at every angle as drawn.
@@ -453,7 +455,13 @@ impl<'a> Examined<'a, '_> {
         let chain = Chain::new(&self.scene.machine, of_part, workpiece);
         let role = self.scene.parts[part].role;
         let (is_turned, stands, once_unround) = (false, false, false);
-        Other { pair, body, own, drawn: None, chain, role, is_turned, turning: None, stands, once_unround }
+        let (drawn, turning, needs) = (None, None, self.needs(part));
+        Other { pair, body, own, drawn, chain, role, is_turned, turning, needs, stands, once_unround }
+    }
+
+    fn needs(&self, part: usize) -> Needs {
+        let is_cutter = self.scene.parts[part].role == Role::Cutter;
+        if is_cutter { Needs::of(self.scene, self.path, self.workpiece, part) } else { Needs::Any }
     }
 
     /// A part beside the workpiece, which turns; `None` where it is the cutter that turns.
@@ -467,8 +475,9 @@ impl<'a> Examined<'a, '_> {
         let chain = turning.to_base.clone();
         let turning = Some(turning);
         let (stands, once_unround) = (false, false);
-        let (own, drawn) = (None, None);
-        (!is_driven).then_some(Other { pair, body, own, drawn, chain, role, is_turned, turning, stands, once_unround })
+        let (own, drawn, needs) = (None, None, self.needs(part));
+        let other = Other { pair, body, own, drawn, chain, role, is_turned, turning, needs, stands, once_unround };
+        (!is_driven).then_some(other)
     }
 }
 
@@ -540,16 +549,18 @@ impl<'a> Route<'a> {
             }
             MoveKind::Rapid => Some(Kind::RapidIntoWorkpiece),
             MoveKind::ToolChange { .. } => Some(Kind::ToolChangeIntoWorkpiece),
-            MoveKind::Feed | MoveKind::Arc { .. } if step.spindle_rpm == 0.0 => Some(Kind::StoppedSpindleIntoWorkpiece),
             MoveKind::Feed | MoveKind::Arc { .. } => None,
         };
         let last = self.straight_to(at, end);
         let (from, to) = (at as f64 - 1.0, last as f64);
         let (mut examined, mut cutting) = (Vec::new(), Vec::new());
         for other in self.present(at) {
-            match (self.others[other].role == Role::Cutter, cutter) {
+            let Other { role, stands, needs, .. } = self.others[other];
+            match (role == Role::Cutter, cutter) {
                 (true, Some(kind)) => examined.push((other, kind)),
-                (true, None) if self.others[other].stands => examined.push((other, Kind::StoppedSpindleIntoWorkpiece)),
+                (true, None) if stands || needs.stands(step) => {
+                    examined.push((other, Kind::StoppedSpindleIntoWorkpiece));
+                }
                 (true, None) => cutting.push(other),
                 (false, _) if self.may_touch(other, from, to) => examined.push((other, Kind::Collision)),
                 _ => {}
@@ -645,15 +656,15 @@ impl<'a> Route<'a> {
             way.pieces(machine, &first, &last, self.pad_mm, off)
         };
         let count = all.map(pieces).max().unwrap_or(1);
-        let is_stopped = to == 0.0 || self.path.step(to).spindle_rpm == 0.0;
+        let is_stopped = |needs: Needs| to == 0.0 || needs.stands(self.path.step(to));
         for index in 0..count {
             let sweeps = |other: usize, of_turning: fn(&Turning, &Piece, f64) -> Sweep| {
-                let Other { turning, drawn, .. } = &self.others[other];
+                let Other { turning, drawn, needs, .. } = &self.others[other];
                 let piece = self.others[other].way().piece(machine, &first, &last, index, count);
                 let straight = |body: &Body| body.sweep([&piece.first, &piece.last], piece.sag_mm + chord_mm);
                 let of_body = |body: &Body| match (turning, drawn) {
                     (Some(turning), _) => of_turning(turning, &piece, chord_mm),
-                    (None, Some(drawn)) if is_stopped => straight(body).standing(straight(drawn)),
+                    (None, Some(drawn)) if is_stopped(*needs) => straight(body).standing(straight(drawn)),
                     _ => straight(body),
                 };
                 self.others[other].bodies().map(of_body).collect::<Vec<_>>()

@@ -47,9 +47,10 @@ fn with_tip() -> String {
         .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1)
 }
 
-/// Programs of lathes give diameters.
+/// Programs of LinuxCNC's lathes give diameters, too.
 fn scene(text: &str, program: &str) -> Scene {
-    let diameters = if text.contains("controller = \"lathe\"") { "G7 " } else { "" };
+    let is_lathe = text.contains("controller = \"lathe\"") && !text.contains("dialect = ");
+    let diameters = if is_lathe { "G7 " } else { "" };
     let program = format!("{diameters}{program}");
     let files = [("scene.toml", text), ("own.ngc", program.as_str())];
     let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));

@@ -14,7 +14,7 @@ use crate::scene::{Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Spindle, Sweep, TurningTool};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
-use rs274::{Axis, Plane, Position};
+use rs274::{Axis, Move, Plane, Position};
 use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
@@ -97,18 +97,20 @@ impl Turning {
             let wanted = turned_to(first);
             feeds().any(|at| (turned_to(at) - wanted).abs() > STILL || (turned_to(at - 1) - wanted).abs() > STILL)
         });
-        let is_off_axis = |(point, direction): (Point, Vector)| {
-            feeds().any(|at| {
-                let base_from_part = self.to_base.stock_from_part(&scene.machine, &path.position(at));
-                let place = base_from_part * point;
-                (base_from_part * direction).z.abs() < ALONG || place.x.hypot(place.y) > ON_AXIS_MM
-            })
-        };
         match scene.parts[part].turns {
             // On a lathe a tool's spindle is one that drives it.
             Some(turns) => turns != Turns::Nothing,
-            None => is_turned || body.axis().is_some_and(is_off_axis),
+            None => is_turned || body.axis().is_some_and(|axis| self.feeds_off_axis(scene, path, part, axis)),
         }
+    }
+
+    /// Whether part number `part`, round about an axis, ever feeds otherwise than on the workpiece's axis.
+    fn feeds_off_axis(&self, scene: &Scene, path: &Path<'_>, part: usize, (point, direction): (Point, Vector)) -> bool {
+        feeds_of(scene, path, part).any(|at| {
+            let base_from_part = self.to_base.stock_from_part(&scene.machine, &path.position(at));
+            let place = base_from_part * point;
+            (base_from_part * direction).z.abs() < ALONG || place.x.hypot(place.y) > ON_AXIS_MM
+        })
     }
 
     /// All that the part may pass on a piece of its way in [`Self::to_base`], however it is turned.
@@ -186,6 +188,53 @@ impl Turning {
 fn is_around(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
     let places = || mesh.vertices().iter().map(|vertex| axis_from_part * vertex);
     (0..2).all(|k| places().any(|place| place[k] < 0.0) && places().any(|place| place[k] > 0.0))
+}
+
+/// The spindle without which a cutter does not cut.
+#[derive(Clone, Copy)]
+pub(super) enum Needs {
+    /// Any.
+    Any,
+    /// That of the workpiece.
+    OfWorkpiece,
+    /// That which drives the cutter.
+    OfTool,
+}
+
+impl Needs {
+    /// Of a cutter and a workpiece. A round cutter on the workpiece's axis cuts whichever of the two turns, and one that is not round and that nobody says is
+    /// driven may stand.
+    pub fn of(scene: &Scene, path: &Path<'_>, workpiece: usize, cutter: usize) -> Self {
+        let is_one = |at: usize| {
+            let step = path.step(at as f64);
+            step.turns_workpiece == step.turns_tool
+        };
+        if (1..=path.samples().len()).all(is_one) {
+            return Self::Any;
+        }
+        let Some(axis) = WorkAxis::of(scene, path, workpiece) else { return Self::Any };
+        let part = &scene.parts[cutter];
+        let body = Body::turning(&part.mesh, 0.0);
+        let turning = Turning::new(scene, path, &axis, false, cutter, &body);
+        let is_on_axis = body.axis().is_some_and(|axis| !turning.feeds_off_axis(scene, path, cutter, axis));
+        match part.turns {
+            Some(Turns::Nothing) => Self::OfWorkpiece,
+            _ if is_on_axis => Self::Any,
+            Some(_) => Self::OfTool,
+            None if !turning.is_driven(scene, path, &axis, cutter, &body) => Self::OfWorkpiece,
+            None if body.axis().is_some() => Self::OfTool,
+            None => Self::Any,
+        }
+    }
+
+    /// Whether that spindle stands in a move.
+    pub const fn stands(self, step: &Move) -> bool {
+        match self {
+            Self::Any => !(step.turns_workpiece || step.turns_tool),
+            Self::OfWorkpiece => !step.turns_workpiece,
+            Self::OfTool => !step.turns_tool,
+        }
+    }
 }
 
 /// Places at the ends of a part's feeds.

@@ -148,8 +148,12 @@ pub struct Move {
     /// long. `None` for rapids, and where the rate hangs on a spindle speed that is not known.
     pub feed_mm_min: Option<f64>,
     /// Revolutions per minute of the spindle at the end: above zero for M3, below for M4. Infinite on the axis of turning at a
-    /// constant surface speed without limit.
+    /// constant surface speed without limit. Of several spindles the main one, or while that stands the driven tool, or else the sub spindle.
     pub spindle_rpm: f64,
+    /// Whether a spindle turns that may hold the workpiece: on Haas's lathes the main or the sub spindle, elsewhere any.
+    pub turns_workpiece: bool,
+    /// Whether a spindle turns that may drive the tool: on Haas's lathes that of driven tools, elsewhere any.
+    pub turns_tool: bool,
 }
 
 /// Moves as text, one a line: source line, kind, the end's X, Y, Z and every axis that is ever not zero,

@@ -66,6 +66,10 @@ impl Interpreter<'_> {
         let start = self.position;
         if code.number == own::FINISH {
             self.run_contour(lines, table, first, last)?;
+            if self.compensation.on().is_some() {
+                let told = "cutter compensation is on where G70 ends: the way back to its start, and what follows, is taken without it";
+                self.note_unknown(told.to_owned());
+            }
             self.rapid_to(start)?;
             return Ok(at + 1);
         }
@@ -168,7 +172,7 @@ impl Interpreter<'_> {
         Ok(())
     }
 
-    /// The contour's pieces: its lines are executed without cutter compensation, and all that they change is undone.
+    /// The contour's pieces: its lines are executed without cutter compensation and T, and all that they change but variables is undone.
     fn read_contour(
         &mut self,
         lines: &Lines,
@@ -178,6 +182,7 @@ impl Interpreter<'_> {
     ) -> Result<Vec<Piece>, Fault> {
         let (position, modes, sticky, before) = (self.position, self.modes.clone(), self.sticky, self.moves.len());
         let offset_change = self.offset_change;
+        let (offsets, tools) = (self.offsets.clone(), self.tools.clone());
         self.ignores_compensation = true;
         let outcome = self.run_contour(lines, table, first, last);
         self.ignores_compensation = false;
@@ -187,6 +192,10 @@ impl Interpreter<'_> {
         self.offset_change = offset_change;
         (self.position, self.modes, self.sticky, self.compensation) = (position, modes, sticky, Compensation::Off);
         outcome?;
+        if self.offsets != offsets || self.tools != tools {
+            let why = "another zero or tool offset inside the contour of G71, G72 or G73";
+            return Err(Fault::new(1, "", Cause::NotAllowed(why)));
+        }
         let piece = |step: super::canonical::Move| {
             let (rapid, arc) = match step.kind {
                 MoveKind::Rapid => (true, None),

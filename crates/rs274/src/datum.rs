@@ -356,9 +356,10 @@ impl Interpreter<'_> {
             let step = self.step_letter(axis).is_some_and(|letter| values.has(letter));
             step || (values.has(axis.letter().to_ascii_lowercase()) && !self.is_step_axis(axis))
         });
-        let goes = |i: usize| named[i] || !values.has_axis();
+        let names_any = named.contains(&true);
+        let goes = |i: usize| named[i] || !names_any;
         let change = std::mem::take(&mut self.offset_change);
-        if values.has_axis() {
+        if names_any {
             if (self.modes.incremental || self.setup.is_fanuc_lathe()) && (0..9).any(|i| named[i] && change[i] != 0.0) {
                 let note = "G28 or G30 in G91 behind another tool offset: a control may first move by the change of the offset";
                 self.note(note.to_owned());

@@ -182,6 +182,8 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         700 | 710..=712 | 720..=722 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
+        // Fine spindle motion, a tap of a driven tool, and X and Y as X and C, on and off: on Haas's lathes.
+        50 | 950 | 1120 | 1130 if haas && lathe => Unknown,
         // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
         50 | 51 | 80 | 1870 | 1030 | 220 | 230 | 640 => Noted,
         90 | 110 | 610 | 620 | 630 | 641 | 670 => Nothing,

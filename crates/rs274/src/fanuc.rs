@@ -87,6 +87,10 @@ impl Interpreter<'_> {
     pub(super) fn call_lathe_tool(&mut self, values: &Values) -> Result<(), Fault> {
         let range = "a tool and its offset, as in T0101";
         let Some(word) = values.take_whole('t', 0..=9999, "T", range)? else { return Ok(()) };
+        if self.ignores_compensation {
+            self.note("T in the contour of G71, G72 or G73 is of the finishing tool: only G70 calls it".to_owned());
+            return Ok(());
+        }
         let (tool, offset) = (word.unsigned_abs() / 100, word.unsigned_abs() % 100);
         if tool == 0 && offset != 0 {
             return Err(values.fault('t', Cause::Range("T", range)));

@@ -10,6 +10,7 @@ use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Spindle, Values};
 use super::offsets::Values9;
+use super::setup::UserCode;
 use std::f64::consts::TAU;
 
 /// Travel shorter than this, mm, is none: the move is timed by its rotary travel.
@@ -108,6 +109,18 @@ impl Interpreter<'_> {
             _ => self.modes.speed,
         };
         if self.modes.spindle == Spindle::Clockwise { speed } else { -speed }
+    }
+
+    /// Whether a spindle turns that may hold the workpiece, and one that may drive the tool. Only Haas's lathes have codes for each, and what
+    /// `user_codes` start is not known.
+    pub(super) fn turning(&self) -> [bool; 2] {
+        let any = self.spindle_rpm() != 0.0;
+        let is_haas_lathe = self.setup.dialect == Dialect::Haas && self.setup.is_fanuc_lathe();
+        if !is_haas_lathe || self.setup.user_codes.values().any(|code| *code == UserCode::SpindleOn) {
+            return [any; 2];
+        }
+        let [tool, sub] = self.modes.driven_rpm.map(|rpm| rpm != 0.0);
+        [sub || (any && self.modes.spindle != Spindle::Still), tool]
     }
 }
 

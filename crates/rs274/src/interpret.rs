@@ -153,7 +153,7 @@ pub(super) struct Interpreter<'a> {
     pub transforms: Transforms,
     /// What lathe cycles keep.
     pub lathe: LatheMemory,
-    /// Whether the lines of a cycle's contour are being executed, and whether cutter compensation does not count there.
+    /// Whether the lines of a cycle's contour are being executed, and whether cutter compensation and T do not count there.
     pub in_contour: bool,
     pub ignores_compensation: bool,
     /// Lines executed so far.
@@ -678,6 +678,10 @@ impl<'a> Interpreter<'a> {
         let Some(code) = values.code(Group::Driven) else { return Ok(()) };
         let speed = values.take('p').filter(|speed| *speed >= 0.0);
         let missing = || code.fault(Cause::Missing("P, the speed, at least 0,"));
+        if matches!(code.number, 143 | 144) {
+            let told = "which of main and sub spindle holds the workpiece that is cut is not known: either counts as turning it";
+            self.note_unknown(told.to_owned());
+        }
         self.modes.driven_rpm[usize::from(code.number > 140)] = match code.number % 10 {
             3 => speed.ok_or_else(missing)?,
             4 => -speed.ok_or_else(missing)?,
@@ -828,6 +832,7 @@ impl<'a> Interpreter<'a> {
         if matches!(kind, MoveKind::Rapid | MoveKind::Feed | MoveKind::Arc { .. }) {
             self.note_waiting_length();
         }
+        let [turns_workpiece, turns_tool] = self.turning();
         self.moves.push(Move {
             line: self.line,
             kind,
@@ -836,6 +841,8 @@ impl<'a> Interpreter<'a> {
             is_tilted: self.is_tilted && self.tip_mm.is_some(),
             feed_mm_min,
             spindle_rpm: self.spindle_rpm(),
+            turns_workpiece,
+            turns_tool,
         });
         Ok(())
     }

@@ -67,7 +67,9 @@ impl Interpreter<'_> {
                 target[axis] = held.ok_or_else(missing)?.1[at];
             }
         }
-        let taper = self.take_length(values, 'r').or(held.map(|held| held.2)).unwrap_or(0.0);
+        let of_haas = if code == own::FACE_CUT { 'k' } else { 'i' };
+        let letter = if self.setup.dialect == Dialect::Haas && values.has(of_haas) { of_haas } else { 'r' };
+        let taper = self.take_length(values, letter).or(held.map(|held| held.2)).unwrap_or(0.0);
         self.lathe.held = Some((code, [target[X], target[Z]], taper));
         let place = |x: f64, z: f64| {
             let mut place = target;

@@ -14,7 +14,7 @@ pub(super) type Values9 = [f64; 9];
 const ROUNDING: f64 = 1e-12;
 
 /// Everything between program coordinates and axis positions.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Offsets {
     /// Origin of the work coordinate system.
     pub origin: Values9,

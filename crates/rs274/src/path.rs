@@ -443,7 +443,9 @@ mod tests {
     }
 
     fn step(kind: MoveKind, end: Position) -> Move {
-        Move { line: 1, kind, end, tip_mm: None, is_tilted: false, feed_mm_min: None, spindle_rpm: 0.0 }
+        let (turns_workpiece, turns_tool) = (false, false);
+        let (tip_mm, is_tilted, feed_mm_min, spindle_rpm) = (None, false, None, 0.0);
+        Move { line: 1, kind, end, tip_mm, is_tilted, feed_mm_min, spindle_rpm, turns_workpiece, turns_tool }
     }
 
     /// About the origin of the plane X, Y.

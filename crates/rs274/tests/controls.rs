@@ -953,6 +953,21 @@ fn haass_lathes_turn_driven_tools_and_the_sub_spindle_at_the_speed_of_p() {
         assert_eq!(speeds(source, &haas_lathe()), expected, "{source}");
     }
     assert_refused("M133\nM30", &haas_lathe(), "1:1", "P, the speed, at least 0, is missing");
+    // Which of them turn: one that holds the workpiece, and that of the tool.
+    let turning = |source: &str, setup: &Setup| {
+        let moves = run(&format!("{source}\nM30"), setup).moves;
+        moves.iter().map(|step| [step.turns_workpiece, step.turns_tool]).collect::<Vec<_>>()
+    };
+    let all = "M133P2000\nG0X40.\nM135\nS500M3\nX50.\nM143P9\nM5\nX60.\nM145\nX70.";
+    assert_eq!(turning(all, &haas_lathe()), [[false, true], [true, false], [true, false], [false; 2]]);
+    for setup in [lathe(), fanuc(), haas(), linuxcnc()] {
+        assert_eq!(turning("S500M3\nG0X1.\nM5\nX2.", &setup), [[true; 2], [false; 2]]);
+    }
+    let sub = run("M143P9\nM30", &haas_lathe()).notes;
+    assert!(sub.len() == 1 && sub[0].is_unknown && sub[0].text.contains("main and sub spindle"), "{sub:?}");
+    // What the machine's own codes turn is not known.
+    let user_codes = [(13, UserCode::SpindleOn)].into();
+    assert_eq!(turning("M133P2000\nG0X1.", &Setup { user_codes, ..haas_lathe() }), [[true; 2]]);
     // A feed in mm each turn, and a thread, are of the sub spindle, whatever S was.
     let feeds = run("S100\nM143P800\nG99G0X64.Z2.\nG1Z-30.F0.2\nG32Z-40.F2.\nM30", &haas_lathe());
     let feeds: Vec<_> = feeds.moves.iter().filter_map(|step| step.feed_mm_min).collect();

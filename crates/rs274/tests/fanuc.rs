@@ -298,6 +298,12 @@ fn a_lathes_codes_are_those_of_system_a() {
     assert_eq!(program.moves[3].feed_mm_min, Some(100.0));
     assert_ends("G50X100.Z50.\nG0X80.Z40.\nM30", &lathe(), &[[-10.0, 0.0, -10.0]]);
     assert_ends("G28U0W0\nM30", &lathe(), &[[0.0; 3], [0.0; 3]]);
+    // H is a step of C, which alone goes home.
+    for source in ["G0X40.Z5.C90.\nG28H0\nM30", "G0X40.Z5.C90.\nG28C90.\nM30"] {
+        let program = run(source, &lathe());
+        support::assert_near(ends(&program)[2], [20.0, 0.0, 5.0], source);
+        assert_eq!(program.moves.iter().map(|m| m.end[Axis::C]).collect::<Vec<_>>(), [FRAC_PI_2, FRAC_PI_2, 0.0]);
+    }
     // Drilling goes along Z; R is a step from where the cycle begins.
     assert_ends(
         "G0X0Z5.\nG83Z-9.R-3.F0.1S100M3\nG80\nM30",
@@ -526,6 +532,12 @@ fn there_are_more_coordinate_systems() {
     }
     assert_ends("G10L20P3X100.\nG54.1P3G99G81X1.Z0R0F100.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]; 2]);
     assert!(refused("G54P1\nM30", &haas()).contains("no code of this block uses this word"));
+    // On Haas's lathes G112 and G113 are something else, and so are G5 and G95.
+    let haas_lathe = Setup { dialect: Dialect::Haas, ..lathe() };
+    for code in ["G112", "G113", "G5R90.F40.Z-70.", "G95X40.Z-1.F1."] {
+        assert!(refused(&format!("{code}\nM30"), &haas_lathe).starts_with("bad.nc:1:1:"), "{code}");
+    }
+    assert_ends("G10L20P5Z7.\nG114G0Z1.\nM30", &haas_lathe, &[[0.0, 0.0, 8.0]]);
     let program = run("G54.1P298G0X1.\nM30", &fanuc());
     assert!(program.notes[0].text.contains("G54.1 P298 is zero"), "{:?}", program.notes);
     assert!(refused("G54.1P299\nM30", &fanuc()).contains("1 to 298"));
@@ -673,6 +685,13 @@ fn single_cuts_of_a_lathe_hold_for_the_next_block() {
         [(19.0, 2.0, true), (20.0, -20.0, false), (25.0, -20.0, true), (25.0, 2.0, true)]
     );
     assert!(refused("G0X50.Z2.\nG92X40.Z-20.F1.5\nM30", &lathe()).contains("spindle stands still"));
+    // Haas calls the taper I, along Z K.
+    let haas = Setup { dialect: Dialect::Haas, ..lathe() };
+    for (code, letter) in [("G90", 'I'), ("G92", 'I'), ("G94", 'K')] {
+        let source = |letter: char| format!("S100M3\nG0X50.Z2.\n{code}X40.Z-20.{letter}-1.F0.2\nX38.\nM30");
+        assert_eq!(ends(&run(&source(letter), &haas)), ends(&run(&source('R'), &haas)), "{code}");
+        assert!(refused(&source(letter), &lathe()).contains("no code of this block uses this word"), "{code}");
+    }
     assert!(refused("S100M3\nG90X40.F0.2\nM30", &lathe()).contains("X and Z, where the cut ends"));
 }
 
@@ -719,6 +738,41 @@ fn roughing_cuts_to_the_contour_and_finishing_follows_it() {
             (15.0, 2.0, true)
         ]
     );
+}
+
+#[test]
+fn compensation_that_is_on_behind_a_finishing_cut_is_not_followed() {
+    let nose = Tool { diameter_mm: 0.8, orientation: 2, ..Tool::default() };
+    let setup = Setup { tools: [(1, nose)].into(), ..lathe() };
+    let notes = |off_in_contour: &str, then: &str| {
+        let contour = format!("N10G0X10.\nG1Z-10.F0.1\nN20{off_in_contour}X30.");
+        let roughing = format!("G71U5.R1.\nG71P10Q20U0W0F0.2\n{contour}");
+        let source = format!("T0101\nS100M3G0X40.Z5.\n{roughing}\nG42G0X32.Z3.\nG70P10Q20\n{then}\nM30");
+        run(&source, &setup).notes.into_iter().filter(|note| note.is_unknown).map(|note| note.text).collect::<Vec<_>>()
+    };
+    assert!(notes("", "G1X35.")[0].starts_with("cutter compensation is on where G70 ends"));
+    assert!(notes("G40", "G1X35.").is_empty());
+}
+
+#[test]
+fn a_tool_in_a_contour_is_the_finishing_tool() {
+    let source = |word: &str, then: &str| {
+        let roughing = "T0101\nS100M3G0X30.Z2.\nG71U5.R1.\nG71P10Q20U0W0F0.2";
+        format!("{roughing}\nN10G0X10.{word}\nG1Z-10.F0.1\nN20X30.\n{then}\nM30")
+    };
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        let changes = |then: &str| {
+            let change = |kind: MoveKind| if let MoveKind::ToolChange { tool } = kind { Some(tool) } else { None };
+            let moves = run(&source("T0212", then), &setup).moves;
+            moves.iter().filter_map(|step| Some((step.line, change(step.kind)?))).collect::<Vec<_>>()
+        };
+        assert_eq!(ends(&run(&source("T0212", ""), &setup)), ends(&run(&source("", ""), &setup)));
+        assert_eq!(changes(""), [(1, 1)]);
+        assert_eq!(changes("T0212"), [(1, 1), (8, 2)]);
+        assert_eq!(changes("G70P10Q20"), [(1, 1), (5, 2)]);
+        let told = refused(&source("\nG52Z5.", ""), &setup);
+        assert!(told.contains("another zero or tool offset inside the contour"), "{told}");
+    }
 }
 
 #[test]

@@ -309,6 +309,43 @@ fn a_driven_drill_cuts_holes_and_no_ring() {
 }
 
 #[test]
+fn each_cutter_needs_its_own_spindle_where_each_has_codes() {
+    let text = |dialect: &str, at: [f64; 3], cutter: &str| {
+        let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0));
+        [LATHE, &format!("dialect = \"{dialect}\"\n"), &bar, &part("cutter", "slide", "cutter", at, cutter)].concat()
+    };
+    let along_x = |text: String| {
+        let (before, cutter) = text.rsplit_once("] }\nshape").unwrap();
+        format!("{before}], rpy_deg = [0, 90, 0] }}\nshape{cutter}turns = \"own\"\n")
+    };
+    let insert = |dialect: &str| text(dialect, [31.0, 0.0, 60.0], &cuboid([20.0, 2.0, 3.0]));
+    let mill = |dialect: &str| along_x(text(dialect, [31.0, 0.0, 60.0], &cylinder(6.0, 20.0)));
+    let drill = text("haas", [0.0, 0.0, 60.0], &cylinder(3.0, 40.0));
+    let (across, along) = ("G0Z-30.\nG1X-28.F200.\nG0X0.", "\nG1Z-20.F200.\nG0Z0.");
+    let stopped = |start: &str, moves: &str, text: &str| {
+        let told = kinds(&found(text, &format!("{start}\nG98\n{moves}\nM30")));
+        assert!(told.is_empty() || told == [(4, "stopped-spindle-into-workpiece")], "{start} {text}: {told:?}");
+        !told.is_empty()
+    };
+    // The main spindle, the sub spindle, the driven tool, none.
+    let starts = ["S500M3", "M143P500", "M133P2000", "M5"];
+    assert_eq!(starts.map(|start| stopped(start, across, &insert("haas"))), [false, false, true, true]);
+    assert_eq!(starts.map(|start| stopped(start, across, &mill("haas"))), [true, true, false, true]);
+    // On the axis it cuts whichever of the two turns.
+    for turns in ["", "turns = \"own\"\n"] {
+        let drill = format!("{drill}{turns}");
+        assert_eq!(starts.map(|start| stopped(start, along, &drill)), [false, false, false, true], "{turns}");
+    }
+    // Elsewhere M3 may turn either.
+    assert!(!stopped("S500M3", across, &insert("fanuc")) && !stopped("S500M3", across, &mill("fanuc")));
+    // So where the bar stays whole.
+    let settings = Settings { cutting: Cutting::Never, ..with_zones(&[]) };
+    let whole = |start: &str| checked(&scene(&insert("haas"), &format!("{start}\nG98\n{across}\nM30")), &settings);
+    assert_eq!(kinds(&whole("M133P2000")), [(4, "stopped-spindle-into-workpiece")]);
+    assert_eq!(kinds(&whole("S500M3")), []);
+}
+
+#[test]
 fn a_tool_that_is_turned_later_cuts_all_the_same() {
     let text = [
         LATHE,
