@@ -149,6 +149,9 @@ pub(super) struct Interpreter<'a> {
     pub sticky: Sticky,
     /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
     pub tip_mm: Option<f64>,
+    /// Whether LinuxCNC's kinematics lead the tip, by an M code of the machine's own: machine coordinates are then world coordinates, and G49 does
+    /// not end the control.
+    pub is_switched: bool,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,
     /// What lathe cycles keep.
@@ -206,6 +209,7 @@ impl<'a> Interpreter<'a> {
             spline_leaves: None,
             sticky: Sticky::default(),
             tip_mm: None,
+            is_switched: false,
             is_tilted: false,
             transforms: Transforms::default(),
             corner: None,
@@ -447,7 +451,7 @@ impl<'a> Interpreter<'a> {
         let halved = self.setup.dialect.is_fanuc_like();
         let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
         let unknown = |i: usize| if Axis::ALL[i].is_rotary() { position[i] } else { UNKNOWN };
-        let axes = self.axes_of(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
+        let axes = self.machine_coordinates(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
         let absolute: Values9 = std::array::from_fn(|i| in_units(i, axes[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {

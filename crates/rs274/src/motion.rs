@@ -254,7 +254,7 @@ impl Interpreter<'_> {
                     return Ok(());
                 }
                 if absolute {
-                    return self.with_axes(values, Group::Absolute, |interpreter| {
+                    return self.in_machine_coordinates(values, Group::Absolute, |interpreter| {
                         let target = interpreter.absolute_target(values);
                         if code == 0 { interpreter.rapid_to(target) } else { interpreter.feed_to(target, values) }
                     });

@@ -101,6 +101,84 @@ fn tip_control_that_begins_on_a_turned_table_is_told() {
     }
 }
 
+/// LinuxCNC's control of a machine whose M428 and M429 switch the kinematics.
+fn switched() -> Setup {
+    let to_z = |z| Position([0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let mut tool_change = [None; 9];
+    tool_change[Axis::Z as usize] = Some(500.0);
+    let user_codes = [(428, UserCode::TipOn), (429, UserCode::TipOff)].into();
+    Setup { start: to_z(400.0), home: to_z(500.0), tool_change, user_codes, ..with_table(linuxcnc()) }
+}
+
+/// The axes on the [`TiltingTable`] at the end of a program.
+fn axes_after(source: &str, setup: &Setup) -> [f64; 3] {
+    let program = run(source, setup);
+    let last = program.moves.last().expect("the program moves");
+    let axes = last.tip_mm.map_or(last.end, |length| TiltingTable.axes(&last.end, length).unwrap());
+    [Axis::X, Axis::Y, Axis::Z].map(|axis| axes[axis])
+}
+
+#[test]
+fn kinematics_that_an_m_code_has_switched_stay_until_another_does() {
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    // The tip at Z 400 without a tool offset, and 50 mm below Z 400.
+    let (bare, with_tool) = ([0.0, 400.0 * sin, 400.0 * cos], [0.0, 350.0 * sin, 350.0 * cos + 50.0]);
+    for (source, expected) in [
+        ("M428\nG0 A30", bare),
+        ("M428\nG17 G40 G49 G80\nG0 A30", bare),
+        ("G43 H1\nM428\nG49\nG0 A30", bare),
+        ("M428\nG49\nM429\nG0 A30", [0.0, 0.0, 400.0]),
+        ("G43 H1\nM428\nG0 A30", with_tool),
+        ("M428\nG43 H1\nG0 A30", with_tool),
+        ("M428\nG43 H2\nG43 H1\nG0 A30", with_tool),
+        ("M428\nG43.1 Z50\nG0 A30", with_tool),
+    ] {
+        assert_near(axes_after(&format!("{source}\nM2"), &switched()), expected, source);
+        assert_eq!(notes(&format!("{source}\nM2"), &switched()), "", "{source}");
+    }
+    // Another length moves the axes while the table is turned, and only then.
+    for (source, is_told) in [
+        ("M428\nG0 A30\nG43 H1", true),
+        ("G43 H1\nM428\nG0 A30\nG49", true),
+        ("G43 H1\nM428\nG0 A30\nG43 H1", false),
+        ("M428\nG0 A30\nG49", false),
+        ("M428\nG0 A360\nG43 H1", false),
+    ] {
+        let program = run(&format!("{source}\nM2"), &switched());
+        let told =
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("may move X, Y and Z at once"));
+        assert_eq!(told, is_told, "{source}");
+    }
+    assert_refused("M428\nG43.4 H1\nM2", &switched(), "2:1", "where the machine's own M code has switched");
+    assert_refused("M428\nG49\nG68.2\nM2", &switched(), "3:1", "a tilted plane under tool-centre-point control");
+    // On Fanuc's controls G49 ends it.
+    let fanuc = Setup { dialect: Dialect::Fanuc, ..switched() };
+    assert_near(axes_after("M428\nG49\nG0A30.\nM30", &fanuc), [0.0, 0.0, 400.0], "on Fanuc's");
+}
+
+#[test]
+fn machine_coordinates_are_world_coordinates_while_kinematics_are_switched() {
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    let at = |world: f64| [0.0, (world - 50.0) * sin, (world - 50.0) * cos + 50.0];
+    for (source, expected) in [
+        ("G0 Z450", at(500.0)),
+        ("G53 G0 Z500", at(500.0)),
+        ("G53 G1 Z500 F100", at(500.0)),
+        ("G91 G28 Z0", at(500.0)),
+        ("T2 M6", at(500.0)),
+        ("G30.1\nG0 Z0\nG30", at(400.0)),
+        ("#1=#<_abs_z>\nG53 G0 Z[#1+100]", at(500.0)),
+        ("G53 G0 A0", [0.0, 0.0, 400.0]),
+        ("M429\nG53 G0 Z500", [0.0, 350.0 * sin, 500.0]),
+    ] {
+        let program = format!("G43 H1\nM428\nG0 A30\n{source}\nM2");
+        assert_near(axes_after(&program, &switched()), expected, source);
+    }
+    // The whole length is found by touching off: the next length is 400.
+    let touched = "G43 H1\nM428\nG10 L10 P1 Z0\nG43 H1\nG0 Z10\nM2";
+    assert_near(axes_after(touched, &switched()), [0.0, 0.0, 410.0], "touched off");
+}
+
 #[test]
 fn a_move_that_fails_under_cutter_compensation_is_no_corner() {
     // The arc ends too far out; the line behind it must not look for what it was to join.
