@@ -165,8 +165,10 @@ impl Interpreter<'_> {
 
     fn obey_tool_length(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
-        // The length in force, named again, changes nothing.
-        if code.number == 430 && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        // The length in force, named again, changes nothing. On Fanuc's and Haas's controls G43 is of the group of G43.4 and G234, and replaces them.
+        let keeps = code.number == 430 && (self.is_tilted || !like_fanuc);
+        if keeps && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
             return Ok(());
         }
         // In a tilted plane, and where kinematics lead the tip, the length is the tip's, whichever code sets it.
@@ -197,6 +199,17 @@ impl Interpreter<'_> {
                 self.offsets.tool = offset;
                 self.enter_tip_control(code)?;
                 self.has_tool_vectors = code.number == 435;
+                Ok(())
+            }
+            430 | 440 if self.tip_mm.is_some() && like_fanuc => {
+                if self.setup.dialect == Dialect::Fanuc {
+                    let note = "G43 or G44 under tool-centre-point control is taken to end that, as G49 does; Fanuc's controls may stop with an alarm";
+                    self.note_unknown(note.to_owned());
+                }
+                self.leave_tip_control(code)?;
+                let before = self.offsets.tool;
+                self.change_tool_offset(values, code)?;
+                self.note_offset_change(&before);
                 Ok(())
             }
             _ if self.tip_mm.is_some() => {

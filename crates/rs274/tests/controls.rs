@@ -119,6 +119,27 @@ fn axes_after(source: &str, setup: &Setup) -> [f64; 3] {
 }
 
 #[test]
+fn on_fanucs_and_haass_controls_g43_ends_tip_control() {
+    // From (0, 0, 300) the axes turn where they stand.
+    for (setup, on, is_told) in [(haas(), "G234H1", false), (haas(), "G43.4H1", false), (fanuc(), "G43.4H1", true)] {
+        let setup = with_table(setup);
+        for (off, z) in [("G43H1", 300.0), ("G43H2", 300.0), ("G44H2", 300.0), ("G43H1Z200.", 250.0)] {
+            let source = format!("G0Z300.\n{on}\n{off}\nG0A30.\nM30");
+            assert_near(axes_after(&source, &setup), [0.0, 0.0, z], &source);
+            let told =
+                run(&source, &setup).notes.iter().any(|note| note.is_unknown && note.text.contains("to end that"));
+            assert_eq!(told, is_told, "{source}");
+        }
+        // The next step of Z ends by the change of the offset farther: 20 less.
+        let source = format!("G0Z300.\n{on}\nG43H2\nG91G0Z10.\nM30");
+        assert_near(axes_after(&source, &setup), [0.0, 0.0, 290.0], &source);
+        // In a tilted plane the length is the tip's.
+        let plane = "G68.2X0Y0Z0I0J0K0\nG43H1\nG43H1\nG0Z10.\nM30";
+        assert!(run(plane, &setup).moves.iter().any(|step| step.is_tilted && step.tip_mm == Some(50.0)));
+    }
+}
+
+#[test]
 fn kinematics_that_an_m_code_has_switched_stay_until_another_does() {
     let (sin, cos) = 30_f64.to_radians().sin_cos();
     // The tip at Z 400 without a tool offset, and 50 mm below Z 400.
