@@ -152,6 +152,8 @@ pub(super) struct Interpreter<'a> {
     /// Whether LinuxCNC's kinematics lead the tip, by an M code of the machine's own: machine coordinates are then world coordinates, and G49 does
     /// not end the control.
     pub is_switched: bool,
+    /// Whether M67 or M68 has set an output of LinuxCNC's, which may switch the kinematics.
+    pub has_set_output: bool,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,
     /// What lathe cycles keep.
@@ -210,6 +212,7 @@ impl<'a> Interpreter<'a> {
             sticky: Sticky::default(),
             tip_mm: None,
             is_switched: false,
+            has_set_output: false,
             is_tilted: false,
             transforms: Transforms::default(),
             corner: None,
@@ -740,7 +743,8 @@ impl<'a> Interpreter<'a> {
             self.ask_operator(values)?;
         }
         // Inputs and outputs of a controller that is not there.
-        if values.code(Group::Signal).is_some() {
+        if let Some(code) = values.number(Group::Signal) {
+            self.has_set_output |= matches!(code, 67 | 68) && self.setup.dialect == Dialect::LinuxCnc;
             for letter in ['p', 'e', 'l', 'q'] {
                 values.take(letter);
             }
@@ -808,6 +812,7 @@ impl<'a> Interpreter<'a> {
         let end = to_canonical(&position);
         if matches!(kind, MoveKind::Rapid | MoveKind::Feed | MoveKind::Arc { .. }) {
             self.note_waiting_length();
+            self.note_unknown_kinematics(&position);
         }
         self.moves.push(Move {
             line: self.line,

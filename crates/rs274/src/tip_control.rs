@@ -22,6 +22,12 @@ const SAME_PLACE_MM: f64 = 1e-6;
 /// Note on another tool length while LinuxCNC's kinematics lead the tip.
 const LENGTH_IN_KINEMATICS: &str = "another tool length while a rotary axis is turned and the kinematics lead the tip: LinuxCNC may move X, Y and Z at once (`motion.tooloffset`); here they stay until the next move";
 
+/// Note on kinematics that an output may have switched.
+const OUTPUT: &str = "M67 or M68 has set an output before this move with a turned rotary axis: where that switches the kinematics (`motion.switchkins-type`) X, Y and Z go elsewhere; where it does not, `ignored_codes` says so";
+
+/// Note on an origin with a turned axis of the table.
+const TURNED_ORIGIN: &str = "a work offset with a turned axis of the table under tool-centre-point control or in a tilted plane: X, Y and Z are taken as if the table stood at zero; the control may take them as they lie on the table turned so";
+
 /// Note on tool-centre-point control that begins on a turned table.
 const TURNED_TABLE: &str = "G43.4 or G43.5 while the table is turned: Fanuc's controls (parameter 19696#5 at 0) take X, Y and Z from then on in the work coordinates as they lie on the table turned so; they are taken here as if the table stood at zero";
 
@@ -107,6 +113,21 @@ impl Interpreter<'_> {
         let is_off = |axis| machine.0.turns_work(axis) && (is_turned(axis, start) || is_turned(axis, &end));
         if Axis::ALL.into_iter().any(is_off) {
             self.note_unknown(TURNED_TABLE.to_owned());
+        }
+    }
+
+    /// Notes that a move to `position` may go elsewhere: what LinuxCNC's outputs switch is not known, nor how Fanuc's and Haas's controls take an origin
+    /// with a turned axis of the table while they lead the tip.
+    pub(super) fn note_unknown_kinematics(&mut self, position: &Values9) {
+        let Some(machine) = &self.setup.kinematics else { return };
+        if self.setup.dialect.is_fanuc_like() && self.tip_mm.is_some() {
+            let origin = self.offsets.to_machine(&[0.0; 9]);
+            if Axis::ALL.into_iter().any(|axis| is_turned(axis, &origin) && machine.0.turns_work(axis)) {
+                self.note_unknown(TURNED_ORIGIN.to_owned());
+            }
+        }
+        if self.has_set_output && Axis::ALL.into_iter().any(|axis| is_turned(axis, position)) {
+            self.note_unknown(OUTPUT.to_owned());
         }
     }
 

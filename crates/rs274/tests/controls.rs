@@ -140,6 +140,54 @@ fn on_fanucs_and_haass_controls_g43_ends_tip_control() {
 }
 
 #[test]
+fn outputs_that_may_switch_the_kinematics_are_told() {
+    let ignored = || Setup { ignored: ["M68".parse().unwrap()].into(), ..with_table(linuxcnc()) };
+    for (source, setup, is_told) in [
+        ("M68 E3 Q1\nM66 E0 L0\nG0 A30", with_table(linuxcnc()), true),
+        ("M67 E3 Q1\nG1 A30 F100", with_table(linuxcnc()), true),
+        ("G0 A30\nM68 E3 Q1\nG0 A0\nG0 X5", with_table(linuxcnc()), false),
+        ("M68 E3 Q1\nG0 X5 A360", with_table(linuxcnc()), false),
+        ("M62 P0\nG0 A30", with_table(linuxcnc()), false),
+        ("M68 E3 Q1\nG0 A30", ignored(), false),
+        ("M68 E3 Q1\nG0 A30", linuxcnc(), false),
+    ] {
+        let program = run(&format!("{source}\nM2"), &setup);
+        let told = program.notes.iter().any(|note| note.is_unknown && note.text.contains("`motion.switchkins-type`"));
+        assert_eq!(told, is_told, "{source}");
+    }
+}
+
+#[test]
+fn a_work_offset_that_turns_the_table_is_told_while_the_tip_is_led() {
+    let with_offset = |axis: Axis, setup: Setup| {
+        let mut setup = with_table(setup);
+        setup.work_offsets[0].origin[axis] = std::f64::consts::FRAC_PI_2;
+        setup
+    };
+    for (source, is_told) in [
+        ("G43.4H1\nG0X5.Y0Z50.", true),
+        ("G0A0.\nG43.4H1\nG0X5.Y0Z50.", true),
+        ("G55G43.4H1\nG54\nG0X5.", true),
+        ("G55G43.4H1\nG52A90.\nG0X5.", true),
+        ("G68.2X0Y0Z0I0J0K0\nG0X5.", true),
+        ("G55G43.4H1\nG0X5.", false),
+        ("G0A0.\nG43H1\nG0X5.", false),
+    ] {
+        let has_note = |setup: &Setup| {
+            let program = run(&format!("{source}\nM30"), setup);
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("a work offset with a turned axis"))
+        };
+        assert_eq!(has_note(&with_offset(Axis::A, fanuc())), is_told, "{source}");
+        assert_eq!(has_note(&with_offset(Axis::A, haas())), is_told, "{source}");
+        // B turns no table.
+        assert!(!has_note(&with_offset(Axis::B, haas())) || source.contains("G52"), "{source}");
+    }
+    // LinuxCNC's kinematics know the axes alone.
+    let setup = Setup { user_codes: switched().user_codes, ..with_offset(Axis::A, linuxcnc()) };
+    assert_eq!(notes("M428\nG0 X5 A0\nM2", &setup), "");
+}
+
+#[test]
 fn kinematics_that_an_m_code_has_switched_stay_until_another_does() {
     let (sin, cos) = 30_f64.to_radians().sin_cos();
     // The tip at Z 400 without a tool offset, and 50 mm below Z 400.
