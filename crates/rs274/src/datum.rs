@@ -393,6 +393,9 @@ impl Interpreter<'_> {
             turn(&mut target, -rotation);
             target = std::array::from_fn(|i| if goes(i) { home[i] } else { target[i] });
             turn(&mut target, rotation);
+            for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+                interpreter.note_roll_over(axis as usize, interpreter.position[axis as usize], target[axis as usize]);
+            }
             interpreter.rapid_to(target)
         })?;
         if cancels_length {

@@ -188,6 +188,36 @@ fn a_work_offset_that_turns_the_table_is_told_while_the_tip_is_led() {
 }
 
 #[test]
+fn a_turn_that_fanucs_tables_may_take_the_other_way_is_told() {
+    let endless =
+        |setup: Setup| Setup { endless: [false, false, false, false, false, true, false, false, false], ..setup };
+    for (source, is_told) in [
+        ("G0C20.\nC340.", true),
+        ("G0C180.", true),
+        ("G0C-90.", true),
+        ("G1C1440.F100.", true),
+        ("G0C170.\nC340.\nC510.\nG91G28C0.", true),
+        ("G0C170.\nC340.\nG53C0.", true),
+        ("G0C90.\nC250.\nC360.\nC250.\nC90.\nC0.", false),
+        ("G91G0C340.\nC-720.", false),
+        ("G0C170.\nG91G28C0.", false),
+        ("G0A340.\nA-90.", false),
+    ] {
+        let told = |setup: Setup| {
+            let notes = run(&format!("{source}\nM30"), &setup).notes;
+            notes.iter().filter(|note| note.is_unknown && note.text.starts_with("C is sent to a place")).count()
+        };
+        assert_eq!(told(endless(fanuc())), usize::from(is_told), "{source}");
+        assert_eq!([told(fanuc()), told(endless(haas())), told(endless(linuxcnc()))], [0; 3], "{source}");
+    }
+    // From hole to hole of a lathe.
+    for (angle, is_told) in [(100, false), (200, true)] {
+        let source = format!("G98G0X40.Z2.C10.\nG83Z-9.R-3.F100.\nC{angle}.\nG80\nM30");
+        assert_eq!(notes(&source, &endless(lathe())).contains("C is sent to a place"), is_told, "{source}");
+    }
+}
+
+#[test]
 fn kinematics_that_an_m_code_has_switched_stay_until_another_does() {
     let (sin, cos) = 30_f64.to_radians().sin_cos();
     // The tip at Z 400 without a tool offset, and 50 mm below Z 400.
