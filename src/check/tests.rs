@@ -540,6 +540,21 @@ fn each_line_that_leads_the_tip_with_an_axis_beyond_its_limit_is_told() {
 }
 
 #[test]
+fn the_axes_follow_the_tip_round_whole_turns_however_far_apart_the_samples_are() {
+    let table =
+        "[[machine.links]]\nname = \"table\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n[[machine.links]]\n";
+    let text = with_tip()
+        .replacen("[[machine.links]]\n", table, 1)
+        .replacen("{ tool_link = \"head\" }", "{ tool_link = \"head\", work_link = \"table\" }", 1)
+        .replacen("[program]\n", "[program]\nstep_mm = 1000\nstep_deg = 2000\n", 1);
+    let scene = scene(&text, "G43.4 H1\nG0 X50 Z50\nG0 C1440\nM2");
+    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+    // At half a turn the place at X 50 of the table is at X -50.
+    let least = path.samples().iter().map(|sample| sample.position[Axis::X]).fold(f64::INFINITY, f64::min);
+    assert!((least + 50.0).abs() < 1e-9, "{least}");
+}
+
+#[test]
 fn a_program_that_moves_an_axis_without_a_joint_is_refused() {
     let refused = |text: &str, program: &str, message: &str| {
         let (scene, registry) = (scene(text, program), Registry::standard());

@@ -395,6 +395,8 @@ fn read_setup(
         }
     }
     setup.kinematics = tip.map(|tip| tip.kinematics(machine));
+    let unlimited = Some([f64::NEG_INFINITY, f64::INFINITY]);
+    setup.endless = Axis::ALL.map(|axis| axis.is_rotary() && machine.axis_limits(axis) == unlimited);
     Ok(setup)
 }
 

@@ -188,6 +188,9 @@ struct Followed {
 /// Most halvings of the way between two samples of a tip's path.
 const HALVINGS: u32 = 12;
 
+/// Widest turn over which the way is asked at its quarters, radians: at those of whole turns the tip's lead is nowhere to be seen.
+const WIDEST_ASKED: f64 = std::f64::consts::FRAC_PI_6;
+
 /// Gives the places between two at which the way has to be divided, so that the axes stay within `chord_mm` of the straight way from one to
 /// the next: asked at its quarters.
 fn bend(
@@ -197,14 +200,15 @@ fn bend(
     halvings: u32,
     give: &mut impl FnMut(Followed),
 ) -> Result<(), TipFault> {
-    let turns = Axis::ALL.into_iter().any(|axis| axis.is_rotary() && from.programmed[axis] != to.programmed[axis]);
-    if !turns || halvings == 0 {
+    let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
+    let turn = rotary.map(|axis| (to.programmed[axis] - from.programmed[axis]).abs()).fold(0.0, f64::max);
+    if turn == 0.0 || halvings == 0 {
         return Ok(());
     }
     let between = |from: &Position, to: &Position, part: f64| {
         Position(std::array::from_fn(|i| from.0[i] + part * (to.0[i] - from.0[i])))
     };
-    let mut is_straight = true;
+    let mut is_straight = turn <= WIDEST_ASKED;
     for part in [0.25, 0.5, 0.75] {
         let (found, chord) =
             (axes(&between(&from.programmed, &to.programmed, part))?, between(&from.axes, &to.axes, part));

@@ -353,6 +353,9 @@ impl Interpreter<'_> {
         program[normal] = height;
         for &(axis, value, is_step) in places {
             self.note_step_behind_turn(axis, is_step.then_some(value));
+            if !is_step {
+                self.note_roll_over(axis, program[axis], value);
+            }
             program[axis] = if is_step { program[axis] + value } else { value };
         }
         if let Some([x, y]) = self.take_polar(values, &from) {

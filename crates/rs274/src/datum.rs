@@ -181,19 +181,28 @@ impl Interpreter<'_> {
 
     fn obey_tool_length(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
-        // The length in force, named again, changes nothing.
-        if code.number == 430 && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        // The length in force, named again, changes nothing. On Fanuc's and Haas's controls G43 is of the group of G43.4 and G234, and replaces them.
+        let keeps = code.number == 430 && (self.is_tilted || !like_fanuc);
+        if keeps && self.tip_mm.is_some_and(|length| self.is_length(length, values, code)) {
             return Ok(());
         }
-        // In a tilted plane the length is the tip's, whichever code sets it.
-        if self.is_tilted {
-            let why = "tool-centre-point control in a tilted plane; G69 cancels the plane";
+        // In a tilted plane, and where kinematics lead the tip, the length is the tip's, whichever code sets it.
+        if self.is_tilted || self.is_switched {
             if matches!(code.number, 434 | 435) {
+                let why = if self.is_tilted {
+                    "tool-centre-point control in a tilted plane; G69 cancels the plane"
+                } else {
+                    "G43.4 or G43.5 where the machine's own M code has switched tool-centre-point control on"
+                };
                 return Err(code.fault(Cause::NotAllowed(why)));
             }
+            let before = self.world(&self.position);
             self.leave_tip_control(code)?;
             self.change_tool_offset(values, code)?;
-            return self.enter_tip_control(code);
+            self.enter_tip_control(code)?;
+            self.note_length_in_kinematics(&before);
+            return Ok(());
         }
         match code.number {
             490 => {
@@ -206,6 +215,17 @@ impl Interpreter<'_> {
                 self.offsets.tool = offset;
                 self.enter_tip_control(code)?;
                 self.has_tool_vectors = code.number == 435;
+                Ok(())
+            }
+            430 | 440 if self.tip_mm.is_some() && like_fanuc => {
+                if self.setup.dialect == Dialect::Fanuc {
+                    let note = "G43 or G44 under tool-centre-point control is taken to end that, as G49 does; Fanuc's controls may stop with an alarm";
+                    self.note_unknown(note.to_owned());
+                }
+                self.leave_tip_control(code)?;
+                let before = self.offsets.tool;
+                self.change_tool_offset(values, code)?;
+                self.note_offset_change(&before);
                 Ok(())
             }
             _ if self.tip_mm.is_some() => {
@@ -284,8 +304,16 @@ impl Interpreter<'_> {
         let Some(code) = values.code(Group::User) else { return Ok(()) };
         let [p, _] = ['p', 'q'].map(|letter| values.take(letter));
         match self.setup.user_codes.get(&code.number.unsigned_abs()) {
-            Some(UserCode::TipOn) if self.tip_mm.is_none() => self.enter_tip_control(code),
-            Some(UserCode::TipOff) => self.leave_tip_control(code),
+            Some(UserCode::TipOn) if self.tip_mm.is_none() => {
+                self.enter_tip_control(code)?;
+                self.is_switched = !self.setup.dialect.is_fanuc_like();
+                Ok(())
+            }
+            Some(UserCode::TipOff) => {
+                self.leave_tip_control(code)?;
+                self.is_switched = false;
+                Ok(())
+            }
             // Without any S the speed is that of P.
             Some(UserCode::SpindleOn) => {
                 match p.filter(|&speed| speed > 0.0 && self.modes.speed == 0.0) {
@@ -325,7 +353,8 @@ impl Interpreter<'_> {
             Some(280) => self.go_home(values, HOME),
             Some(300) => self.go_home(values, SECOND_HOME),
             Some(code @ (281 | 301)) => {
-                let place = self.axes_of(&self.position).map_err(|cause| self.fault_at(values, Group::NonModal, cause));
+                let place = self.machine_coordinates(&self.position);
+                let place = place.map_err(|cause| self.fault_at(values, Group::NonModal, cause));
                 self.store(if code == 281 { HOME } else { SECOND_HOME }, &place?);
                 Ok(())
             }
@@ -376,12 +405,15 @@ impl Interpreter<'_> {
         }
         let is_turned = !self.setup.dialect.is_fanuc_like() && goes(0) != goes(1);
         let rotation = if is_turned { self.offsets.rotation } else { 0.0 };
-        self.with_axes(values, Group::NonModal, |interpreter| {
+        self.in_machine_coordinates(values, Group::NonModal, |interpreter| {
             let (mut home, mut target) = (home, interpreter.position);
             turn(&mut home, -rotation);
             turn(&mut target, -rotation);
             target = std::array::from_fn(|i| if goes(i) { home[i] } else { target[i] });
             turn(&mut target, rotation);
+            for axis in Axis::ALL.into_iter().filter(|axis| axis.is_rotary()) {
+                interpreter.note_roll_over(axis as usize, interpreter.position[axis as usize], target[axis as usize]);
+            }
             interpreter.rapid_to(target)
         })?;
         if goes(Axis::Z as usize) {
@@ -403,7 +435,7 @@ impl Interpreter<'_> {
         let retreats = if self.setup.plane == Plane::Zx { Axis::X } else { Axis::Z } as usize;
         let place = from_canonical(&Position(named.map(Option::unwrap_or_default)));
         self.offset_change = [0.0; 9];
-        self.with_axes(values, Group::ToolChange, |interpreter| {
+        self.in_machine_coordinates(values, Group::ToolChange, |interpreter| {
             for is_retreat in [true, false] {
                 let start = interpreter.position;
                 let goes = |i: usize| named[i].is_some() && (i == retreats) == is_retreat;
@@ -596,7 +628,7 @@ impl Interpreter<'_> {
             offsets.shift = [0.0; 9];
         }
         offsets.tool = [0.0; 9];
-        let reading = offsets.to_program(&self.position);
+        let reading = offsets.to_program(&self.world(&self.position));
         let mut offset = *entry;
         turn(&mut offset, -offsets.rotation);
         for i in 0..9 {

@@ -149,6 +149,11 @@ pub(super) struct Interpreter<'a> {
     pub sticky: Sticky,
     /// Under tool-centre-point control, the tool's length, mm; X, Y, Z of the position are then the tip's.
     pub tip_mm: Option<f64>,
+    /// Whether LinuxCNC's kinematics lead the tip, by an M code of the machine's own: machine coordinates are then world coordinates, and G49 does
+    /// not end the control.
+    pub is_switched: bool,
+    /// Whether M67 or M68 has set an output of LinuxCNC's, which may switch the kinematics.
+    pub has_set_output: bool,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,
     /// What lathe cycles keep.
@@ -206,6 +211,8 @@ impl<'a> Interpreter<'a> {
             spline_leaves: None,
             sticky: Sticky::default(),
             tip_mm: None,
+            is_switched: false,
+            has_set_output: false,
             is_tilted: false,
             transforms: Transforms::default(),
             corner: None,
@@ -467,7 +474,7 @@ impl<'a> Interpreter<'a> {
         let halved = self.setup.dialect.is_fanuc_like();
         let relative: Values9 = std::array::from_fn(|i| in_units(i, program[i], halved));
         let unknown = |i: usize| if Axis::ALL[i].is_rotary() { position[i] } else { UNKNOWN };
-        let axes = self.axes_of(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
+        let axes = self.machine_coordinates(&position).unwrap_or_else(|_| std::array::from_fn(unknown));
         let absolute: Values9 = std::array::from_fn(|i| in_units(i, axes[i], false));
         let modes = &self.modes;
         let plane = match modes.plane {
@@ -763,7 +770,8 @@ impl<'a> Interpreter<'a> {
             self.parameters.read_input();
         }
         // Inputs and outputs of a controller that is not there.
-        if values.code(Group::Signal).is_some() {
+        if let Some(code) = values.number(Group::Signal) {
+            self.has_set_output |= matches!(code, 67 | 68) && self.setup.dialect == Dialect::LinuxCnc;
             for letter in ['p', 'e', 'l', 'q'] {
                 values.take(letter);
             }
@@ -831,6 +839,7 @@ impl<'a> Interpreter<'a> {
         let end = to_canonical(&position);
         if matches!(kind, MoveKind::Rapid | MoveKind::Feed | MoveKind::Arc { .. }) {
             self.note_waiting_length();
+            self.note_unknown_kinematics(&position);
         }
         let [turns_workpiece, turns_tool] = self.turning();
         self.moves.push(Move {

@@ -130,6 +130,9 @@ impl Interpreter<'_> {
         for axis in Axis::ALL {
             if let Some((value, is_step)) = self.take_axis_or_step(values, axis) {
                 let i = axis as usize;
+                if !is_step {
+                    self.note_roll_over(i, program[i], value);
+                }
                 program[i] = if is_step { program[i] + value } else { value };
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
@@ -179,7 +182,8 @@ impl Interpreter<'_> {
     /// Where axis words in machine coordinates lead: G53.
     fn absolute_target(&mut self, values: &Values) -> Values9 {
         let words = Axis::ALL.map(|axis| self.take_axis(values, axis));
-        for (i, _) in words.iter().enumerate().filter(|(_, word)| word.is_some()) {
+        for (i, word) in words.into_iter().enumerate().filter_map(|(i, word)| Some((i, word?))) {
+            self.note_roll_over(i, self.position[i], word);
             (self.offset_change[i], self.turned_back[i]) = (0.0, false);
         }
         if words[Axis::Z as usize].is_some() {
@@ -194,6 +198,16 @@ impl Interpreter<'_> {
         if self.turned_back[axis] && step != Some(0.0) {
             let note = "the first move of an axis behind G69 is a step (G91), where Fanuc's controls need a place (G90): from where the step counts is not known";
             self.note_unknown(note.to_owned());
+        }
+    }
+
+    /// Notes a way from one place to another that Fanuc's controls may take otherwise where the axis rolls over: not the nearer way, or to a place below 0,
+    /// where the sign may be the way.
+    pub(super) fn note_roll_over(&mut self, axis: usize, from: f64, to: f64) {
+        let may_roll = self.setup.endless[axis] && self.setup.dialect == Dialect::Fanuc && from != to;
+        if may_roll && (to < 0.0 || (to - from).abs() >= HALF_TURN_DEG) {
+            let axis = Axis::ALL[axis].letter();
+            self.note_unknown(format!("{axis} is sent to a place by half a turn or more, or to one below 0: where it rolls over (Fanuc's parameter 1008#0) it goes the nearer way, or as the sign says (1008#1); here it turns to the number, as with `min_deg` and `max_deg` at its joint"));
         }
     }
 
@@ -260,7 +274,7 @@ impl Interpreter<'_> {
                     return Ok(());
                 }
                 if absolute {
-                    return self.with_axes(values, Group::Absolute, |interpreter| {
+                    return self.in_machine_coordinates(values, Group::Absolute, |interpreter| {
                         let target = interpreter.absolute_target(values);
                         if code == 0 { interpreter.rapid_to(target) } else { interpreter.feed_to(target, values) }
                     });
@@ -481,6 +495,9 @@ impl Interpreter<'_> {
         from_centre(start, end, [centre[first], centre[second]], clockwise, turns, tolerance * scale).map_err(fault)
     }
 }
+
+/// Half a turn, less what rounding may add to one, degrees.
+const HALF_TURN_DEG: f64 = 180.0 - 1e-9;
 
 /// Most straight pieces of one arc.
 const MAX_CHORDS: f64 = 1_000_000.0;

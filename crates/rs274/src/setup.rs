@@ -128,6 +128,8 @@ pub struct Setup {
     pub dialect: Dialect,
     /// Codes to skip, each with a note. With a G code the words of its block are skipped, too, unless another code moves the axes.
     pub ignored: BTreeSet<CodeName>,
+    /// Which rotary axes turn without limits: Fanuc's controls may take these the nearer way. In the order of [`Position`].
+    pub endless: [bool; 9],
     /// The machine's rotary axes, for tool-centre-point control while they are tilted, for tilted planes and for tool vectors.
     pub kinematics: Option<Kinematics>,
 }

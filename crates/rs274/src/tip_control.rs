@@ -16,6 +16,18 @@ use super::offsets::{Values9, from_canonical, to_canonical};
 /// A rotary axis nearer than this to zero is at zero, degrees.
 const AT_ZERO_DEG: f64 = 1e-9;
 
+/// A place nearer than this to another is the same, mm: far above rounding, far below any controller's resolution.
+const SAME_PLACE_MM: f64 = 1e-6;
+
+/// Note on another tool length while LinuxCNC's kinematics lead the tip.
+const LENGTH_IN_KINEMATICS: &str = "another tool length while a rotary axis is turned and the kinematics lead the tip: LinuxCNC may move X, Y and Z at once (`motion.tooloffset`); here they stay until the next move";
+
+/// Note on kinematics that an output may have switched.
+const OUTPUT: &str = "M67 or M68 has set an output before this move with a turned rotary axis: where that switches the kinematics (`motion.switchkins-type`) X, Y and Z go elsewhere; where it does not, `ignored_codes` says so";
+
+/// Note on an origin with a turned axis of the table.
+const TURNED_ORIGIN: &str = "a work offset with a turned axis of the table under tool-centre-point control or in a tilted plane: X, Y and Z are taken as if the table stood at zero; the control may take them as they lie on the table turned so";
+
 /// Note on tool-centre-point control that begins on a turned table.
 const TURNED_TABLE: &str = "G43.4 or G43.5 while the table is turned: Fanuc's controls (parameter 19696#5 at 0) take X, Y and Z from then on in the work coordinates as they lie on the table turned so; they are taken here as if the table stood at zero";
 
@@ -45,8 +57,28 @@ impl Interpreter<'_> {
         self.emit(MoveKind::Dwell { seconds: 0.0 }, None)
     }
 
+    /// Machine coordinates of a position, which under tool-centre-point control is the tip's: axis positions, unless kinematics lead the tip.
+    pub(super) fn machine_coordinates(&self, position: &Values9) -> Result<Values9, Cause> {
+        if self.is_switched { Ok(self.world(position)) } else { self.axes_of(position) }
+    }
+
+    /// World coordinates of a position, those of LinuxCNC's kinematics: the tip's with the tool's length added to Z.
+    pub(super) fn world(&self, position: &Values9) -> Values9 {
+        let mut world = *position;
+        world[Axis::Z as usize] += self.tip_mm.unwrap_or(0.0);
+        world
+    }
+
+    /// Notes that a change of the tool's length has moved the place in world coordinates `before`, which LinuxCNC keeps.
+    pub(super) fn note_length_in_kinematics(&mut self, before: &Values9) {
+        let now = self.world(&self.position);
+        if self.is_switched && (0..3).any(|i| (now[i] - before[i]).abs() > SAME_PLACE_MM) {
+            self.note_unknown(LENGTH_IN_KINEMATICS.to_owned());
+        }
+    }
+
     /// Axis positions of a position, which under tool-centre-point control is the tip's.
-    pub(super) fn axes_of(&self, position: &Values9) -> Result<Values9, Cause> {
+    fn axes_of(&self, position: &Values9) -> Result<Values9, Cause> {
         match self.tip_mm {
             Some(length) => self.through_machine(position, length, |machine, tip| machine.axes(tip, length)),
             None => Ok(*position),
@@ -84,20 +116,43 @@ impl Interpreter<'_> {
         }
     }
 
+    /// Notes that a move to `position` may go elsewhere: what LinuxCNC's outputs switch is not known, nor how Fanuc's and Haas's controls take an origin
+    /// with a turned axis of the table while they lead the tip.
+    pub(super) fn note_unknown_kinematics(&mut self, position: &Values9) {
+        let Some(machine) = &self.setup.kinematics else { return };
+        if self.setup.dialect.is_fanuc_like() && self.tip_mm.is_some() {
+            let origin = self.offsets.to_machine(&[0.0; 9]);
+            if Axis::ALL.into_iter().any(|axis| is_turned(axis, &origin) && machine.0.turns_work(axis)) {
+                self.note_unknown(TURNED_ORIGIN.to_owned());
+            }
+        }
+        if self.has_set_output && Axis::ALL.into_iter().any(|axis| is_turned(axis, position)) {
+            self.note_unknown(OUTPUT.to_owned());
+        }
+    }
+
     /// The machine, or why nothing is known of it.
     fn machine(&self) -> Result<&dyn TipKinematics, Cause> {
         let why = "this while rotary axes are not at zero needs to know the machine: a scene with `[program.tool_centre_point]`";
         self.setup.kinematics.as_ref().map(|machine| &*machine.0).ok_or(Cause::NotAllowed(why))
     }
 
-    /// Does something in axis positions, also under tool-centre-point control.
-    pub(super) fn with_axes(
+    /// Moves straight in machine coordinates, also under tool-centre-point control.
+    pub(super) fn in_machine_coordinates(
         &mut self,
         values: &Values,
         group: Group,
         act: impl FnOnce(&mut Self) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        let (Some(_), Some(code)) = (self.tip_mm, values.code(group)) else { return act(self) };
+        let (Some(length), Some(code)) = (self.tip_mm, values.code(group)) else { return act(self) };
+        if self.is_switched {
+            let first = self.moves.len();
+            self.position = self.world(&self.position);
+            let moved = act(self);
+            self.position[Axis::Z as usize] -= length;
+            self.moves[first..].iter_mut().for_each(|step| step.end[Axis::Z] -= length);
+            return moved;
+        }
         let has_tool_vectors = self.has_tool_vectors;
         self.leave_tip_control(code)?;
         act(self)?;
@@ -134,9 +189,8 @@ impl Interpreter<'_> {
     /// G68.2: coordinates in a plane with its origin at X, Y, Z, tilted by Euler's angles I, J, K (about Z, the new X, the new Z).
     pub(super) fn tilt(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
         if self.tip_mm.is_some() && !self.is_tilted {
-            return Err(
-                code.fault(Cause::NotAllowed("a tilted plane under tool-centre-point control; G49 cancels that"))
-            );
+            let why = "a tilted plane under tool-centre-point control; end that first, by G49 or the machine's M code";
+            return Err(code.fault(Cause::NotAllowed(why)));
         }
         if self.transforms.are_on() {
             let why = "a tilted plane in turned, scaled or mirrored coordinates; cancel those first (G69, G50, G50.1)";

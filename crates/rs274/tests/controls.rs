@@ -101,6 +101,183 @@ fn tip_control_that_begins_on_a_turned_table_is_told() {
     }
 }
 
+/// LinuxCNC's control of a machine whose M428 and M429 switch the kinematics.
+fn switched() -> Setup {
+    let to_z = |z| Position([0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let mut tool_change = [None; 9];
+    tool_change[Axis::Z as usize] = Some(500.0);
+    let user_codes = [(428, UserCode::TipOn), (429, UserCode::TipOff)].into();
+    Setup { start: to_z(400.0), home: to_z(500.0), tool_change, user_codes, ..with_table(linuxcnc()) }
+}
+
+/// The axes on the [`TiltingTable`] at the end of a program.
+fn axes_after(source: &str, setup: &Setup) -> [f64; 3] {
+    let program = run(source, setup);
+    let last = program.moves.last().expect("the program moves");
+    let axes = last.tip_mm.map_or(last.end, |length| TiltingTable.axes(&last.end, length).unwrap());
+    [Axis::X, Axis::Y, Axis::Z].map(|axis| axes[axis])
+}
+
+#[test]
+fn on_fanucs_and_haass_controls_g43_ends_tip_control() {
+    // From (0, 0, 300) the axes turn where they stand.
+    for (setup, on, is_told) in [(haas(), "G234H1", false), (haas(), "G43.4H1", false), (fanuc(), "G43.4H1", true)] {
+        let setup = with_table(setup);
+        for (off, z) in [("G43H1", 300.0), ("G43H2", 300.0), ("G44H2", 300.0), ("G43H1Z200.", 250.0)] {
+            let source = format!("G0Z300.\n{on}\n{off}\nG0A30.\nM30");
+            assert_near(axes_after(&source, &setup), [0.0, 0.0, z], &source);
+            let told =
+                run(&source, &setup).notes.iter().any(|note| note.is_unknown && note.text.contains("to end that"));
+            assert_eq!(told, is_told, "{source}");
+        }
+        // The next step of Z ends by the change of the offset farther: 20 less.
+        let source = format!("G0Z300.\n{on}\nG43H2\nG91G0Z10.\nM30");
+        assert_near(axes_after(&source, &setup), [0.0, 0.0, 290.0], &source);
+        // In a tilted plane the length is the tip's.
+        let plane = "G68.2X0Y0Z0I0J0K0\nG43H1\nG43H1\nG0Z10.\nM30";
+        assert!(run(plane, &setup).moves.iter().any(|step| step.is_tilted && step.tip_mm == Some(50.0)));
+    }
+}
+
+#[test]
+fn outputs_that_may_switch_the_kinematics_are_told() {
+    let ignored = || Setup { ignored: ["M68".parse().unwrap()].into(), ..with_table(linuxcnc()) };
+    for (source, setup, is_told) in [
+        ("M68 E3 Q1\nM66 E0 L0\nG0 A30", with_table(linuxcnc()), true),
+        ("M67 E3 Q1\nG1 A30 F100", with_table(linuxcnc()), true),
+        ("G0 A30\nM68 E3 Q1\nG0 A0\nG0 X5", with_table(linuxcnc()), false),
+        ("M68 E3 Q1\nG0 X5 A360", with_table(linuxcnc()), false),
+        ("M62 P0\nG0 A30", with_table(linuxcnc()), false),
+        ("M68 E3 Q1\nG0 A30", ignored(), false),
+        ("M68 E3 Q1\nG0 A30", linuxcnc(), false),
+    ] {
+        let program = run(&format!("{source}\nM2"), &setup);
+        let told = program.notes.iter().any(|note| note.is_unknown && note.text.contains("`motion.switchkins-type`"));
+        assert_eq!(told, is_told, "{source}");
+    }
+}
+
+#[test]
+fn a_work_offset_that_turns_the_table_is_told_while_the_tip_is_led() {
+    let with_offset = |axis: Axis, setup: Setup| {
+        let mut setup = with_table(setup);
+        setup.work_offsets[0].origin[axis] = std::f64::consts::FRAC_PI_2;
+        setup
+    };
+    for (source, is_told) in [
+        ("G43.4H1\nG0X5.Y0Z50.", true),
+        ("G0A0.\nG43.4H1\nG0X5.Y0Z50.", true),
+        ("G55G43.4H1\nG54\nG0X5.", true),
+        ("G55G43.4H1\nG52A90.\nG0X5.", true),
+        ("G68.2X0Y0Z0I0J0K0\nG0X5.", true),
+        ("G55G43.4H1\nG0X5.", false),
+        ("G0A0.\nG43H1\nG0X5.", false),
+    ] {
+        let has_note = |setup: &Setup| {
+            let program = run(&format!("{source}\nM30"), setup);
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("a work offset with a turned axis"))
+        };
+        assert_eq!(has_note(&with_offset(Axis::A, fanuc())), is_told, "{source}");
+        assert_eq!(has_note(&with_offset(Axis::A, haas())), is_told, "{source}");
+        // B turns no table.
+        assert!(!has_note(&with_offset(Axis::B, haas())) || source.contains("G52"), "{source}");
+    }
+    // LinuxCNC's kinematics know the axes alone.
+    let setup = Setup { user_codes: switched().user_codes, ..with_offset(Axis::A, linuxcnc()) };
+    assert_eq!(notes("M428\nG0 X5 A0\nM2", &setup), "");
+}
+
+#[test]
+fn a_turn_that_fanucs_tables_may_take_the_other_way_is_told() {
+    let endless =
+        |setup: Setup| Setup { endless: [false, false, false, false, false, true, false, false, false], ..setup };
+    for (source, is_told) in [
+        ("G0C20.\nC340.", true),
+        ("G0C180.", true),
+        ("G0C-90.", true),
+        ("G1C1440.F100.", true),
+        ("G0C170.\nC340.\nC510.\nG91G28C0.", true),
+        ("G0C170.\nC340.\nG53C0.", true),
+        ("G0C90.\nC250.\nC360.\nC250.\nC90.\nC0.", false),
+        ("G91G0C340.\nC-720.", false),
+        ("G0C170.\nG91G28C0.", false),
+        ("G0A340.\nA-90.", false),
+    ] {
+        let told = |setup: Setup| {
+            let notes = run(&format!("{source}\nM30"), &setup).notes;
+            notes.iter().filter(|note| note.is_unknown && note.text.starts_with("C is sent to a place")).count()
+        };
+        assert_eq!(told(endless(fanuc())), usize::from(is_told), "{source}");
+        assert_eq!([told(fanuc()), told(endless(haas())), told(endless(linuxcnc()))], [0; 3], "{source}");
+    }
+    // From hole to hole of a lathe.
+    for (angle, is_told) in [(100, false), (200, true)] {
+        let source = format!("G98G0X40.Z2.C10.\nG83Z-9.R-3.F100.\nC{angle}.\nG80\nM30");
+        assert_eq!(notes(&source, &endless(lathe())).contains("C is sent to a place"), is_told, "{source}");
+    }
+}
+
+#[test]
+fn kinematics_that_an_m_code_has_switched_stay_until_another_does() {
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    // The tip at Z 400 without a tool offset, and 50 mm below Z 400.
+    let (bare, with_tool) = ([0.0, 400.0 * sin, 400.0 * cos], [0.0, 350.0 * sin, 350.0 * cos + 50.0]);
+    for (source, expected) in [
+        ("M428\nG0 A30", bare),
+        ("M428\nG17 G40 G49 G80\nG0 A30", bare),
+        ("G43 H1\nM428\nG49\nG0 A30", bare),
+        ("M428\nG49\nM429\nG0 A30", [0.0, 0.0, 400.0]),
+        ("G43 H1\nM428\nG0 A30", with_tool),
+        ("M428\nG43 H1\nG0 A30", with_tool),
+        ("M428\nG43 H2\nG43 H1\nG0 A30", with_tool),
+        ("M428\nG43.1 Z50\nG0 A30", with_tool),
+    ] {
+        assert_near(axes_after(&format!("{source}\nM2"), &switched()), expected, source);
+        assert_eq!(notes(&format!("{source}\nM2"), &switched()), "", "{source}");
+    }
+    // Another length moves the axes while the table is turned, and only then.
+    for (source, is_told) in [
+        ("M428\nG0 A30\nG43 H1", true),
+        ("G43 H1\nM428\nG0 A30\nG49", true),
+        ("G43 H1\nM428\nG0 A30\nG43 H1", false),
+        ("M428\nG0 A30\nG49", false),
+        ("M428\nG0 A360\nG43 H1", false),
+    ] {
+        let program = run(&format!("{source}\nM2"), &switched());
+        let told =
+            program.notes.iter().any(|note| note.is_unknown && note.text.contains("may move X, Y and Z at once"));
+        assert_eq!(told, is_told, "{source}");
+    }
+    assert_refused("M428\nG43.4 H1\nM2", &switched(), "2:1", "where the machine's own M code has switched");
+    assert_refused("M428\nG49\nG68.2\nM2", &switched(), "3:1", "a tilted plane under tool-centre-point control");
+    // On Fanuc's controls G49 ends it.
+    let fanuc = Setup { dialect: Dialect::Fanuc, ..switched() };
+    assert_near(axes_after("M428\nG49\nG0A30.\nM30", &fanuc), [0.0, 0.0, 400.0], "on Fanuc's");
+}
+
+#[test]
+fn machine_coordinates_are_world_coordinates_while_kinematics_are_switched() {
+    let (sin, cos) = 30_f64.to_radians().sin_cos();
+    let at = |world: f64| [0.0, (world - 50.0) * sin, (world - 50.0) * cos + 50.0];
+    for (source, expected) in [
+        ("G0 Z450", at(500.0)),
+        ("G53 G0 Z500", at(500.0)),
+        ("G53 G1 Z500 F100", at(500.0)),
+        ("G91 G28 Z0", at(500.0)),
+        ("T2 M6", at(500.0)),
+        ("G30.1\nG0 Z0\nG30", at(400.0)),
+        ("#1=#<_abs_z>\nG53 G0 Z[#1+100]", at(500.0)),
+        ("G53 G0 A0", [0.0, 0.0, 400.0]),
+        ("M429\nG53 G0 Z500", [0.0, 350.0 * sin, 500.0]),
+    ] {
+        let program = format!("G43 H1\nM428\nG0 A30\n{source}\nM2");
+        assert_near(axes_after(&program, &switched()), expected, source);
+    }
+    // The whole length is found by touching off: the next length is 400.
+    let touched = "G43 H1\nM428\nG10 L10 P1 Z0\nG43 H1\nG0 Z10\nM2";
+    assert_near(axes_after(touched, &switched()), [0.0, 0.0, 410.0], "touched off");
+}
+
 #[test]
 fn a_move_that_fails_under_cutter_compensation_is_no_corner() {
     // The arc ends too far out; the line behind it must not look for what it was to join.

@@ -183,6 +183,20 @@ fn a_machines_own_codes_turn_the_spindle() {
 }
 
 #[test]
+fn rotary_axes_without_limits_are_endless() {
+    let turn = |axis, limits| {
+        format!(
+            "[[machine.links]]\nname = \"{axis}\"\njoint = {{ axis = \"{axis}\", direction = [0, 0, 1]{limits} }}\n"
+        )
+    };
+    let turns = [turn("A", ", min_deg = -720, max_deg = 720"), turn("C", ""), turn("Z", "")].concat();
+    let scene = format!("{SLIDE}{turns}[program]\nfile = \"p.ngc\"\n");
+    let setup = load(&[("scene.toml", &scene), ("p.ngc", "M2\n")]).unwrap().program.unwrap().setup;
+    let endless: Vec<_> = Axis::ALL.into_iter().filter(|&axis| setup.endless[axis as usize]).collect();
+    assert_eq!(endless, [Axis::C]);
+}
+
+#[test]
 fn both_homes_are_where_the_scene_says() {
     let homes = "[program]\nfile = \"p.ngc\"\nhome = { x_mm = 40 }\nsecond_home = { x_mm = -30, z_mm = 5 }\n";
     let scene = format!("{SLIDE}{homes}");
