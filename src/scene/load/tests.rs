@@ -81,6 +81,13 @@ fn a_machine_may_have_its_own_file_that_brings_parts() {
     assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 }]);
     let (_, text) = error_of(&[("scene.toml", scene), ("machine.toml", "[[links]]\nname = 3\n")]);
     assert!(text.starts_with("machine.toml:2:8: "), "{text}");
+    for key in
+        ["form = \"visual\"", "axes = { slide = \"Y\" }", "density = 2", "file = \"other.toml\"", "urdf = \"r.urdf\""]
+    {
+        let machine = format!("# of a mill\n{key}\n{machine}");
+        let (_, text) = error_of(&[("scene.toml", scene), ("machine.toml", &machine)]);
+        assert!(text.starts_with("machine.toml:2:1: ") && text.contains("`links` or `parts`"), "{text}");
+    }
 }
 
 #[test]
