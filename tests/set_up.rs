@@ -480,6 +480,10 @@ fn a_new_scene_is_made_again_with_another_unit() {
     // 400 m are no table: nothing is left of it.
     let message = folder.refused(&new(&["--unit", "m"]));
     assert!(message.contains("nothing is written; --unit says"), "{message}");
+    // The subprogram is not there, and the program is Fanuc's: no unit of the meshes helps.
+    folder.write("own.nc", "O1000\nG21 G90\nM98 P2000\nM30\n");
+    let message = folder.refused(&new(&["--program", "own.nc"]));
+    assert!(message.contains("nothing is written; leave --program out") && !message.contains("--unit"), "{message}");
     assert!(!folder.path("shop").exists());
     let spaced = folder.run(&[&["scene", "new", "my shop", "--machine", "mill"][..], &parts].concat());
     let said = String::from_utf8_lossy(&spaced.stdout);
@@ -642,6 +646,14 @@ fn new_scenes_refuse_what_makes_no_sense() {
         (&["--machine", "mill", "--part", "a.stl:fixture", "--unit", "yard"], "mm, cm, m or inch"),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--pivot", "X=0,0,0"], "no such rotary axis"),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--limits", "X=5,4"], "the lower limit comes first"),
+        (
+            &["--machine", "mill", "--part", "a.stl:fixture", "--limits", "X=0,5", "--limits", "x=1,2"],
+            "axis X is given twice",
+        ),
+        (
+            &["--machine", "trunnion", "--part", "a.stl:fixture", "--pivot", "A=0,0,1", "--pivot", "A=0,0,1"],
+            "axis A is given twice",
+        ),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--gauge", "0,0"], "3 finite numbers"),
         (&["--part", "a.stl:fixture"], "give --machine KIND"),
     ] {
