@@ -235,6 +235,30 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
 }
 
 #[test]
+fn compensation_goes_by_the_diameter_of_a_measured_table() {
+    let folder = folder();
+    // The side of the jaw is at Y35. The cutter covers Y21 to Y31 where it is compensated by 5 mm, to the right, and Y26 to Y36 where it is not.
+    let program = "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-90 Y31\nG0 Z-10\nG42 D1 G1 X-75 F300\nG1 X75\nG0 Z30\nG40\nM2\n";
+    folder.write("wall.ngc", program);
+    folder.write("drawn.tbl", "T1 P1 Z+100.0 D+10.0\n");
+    folder.write("wear.tbl", "T1 P1 Z+100.0 D0\n");
+    let holder = "holder = [{ diameter_mm = 32, length_mm = 60 }]";
+    let tool = format!("number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 40, {holder}");
+    folder.write("shop.toml", &format!("tools = [{{ {tool} }}]\n"));
+    for given in [["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"], ["--tools", "shop.toml"]] {
+        let told_of = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.000 mm";
+        for table in [&[][..], &["--tool-table", "drawn.tbl"]] {
+            let (found, told, code) = check(&folder, &[&["mill", "wall.ngc"][..], &given, table].concat());
+            assert_eq!((code, events(&found).len(), told.contains("wide")), (Some(0), 0, false), "{found} {told}");
+        }
+        let wear = ["--tool-table", "wear.tbl"];
+        let (found, told, code) = check(&folder, &[&["mill", "wall.ngc"][..], &given, &wear].concat());
+        assert!(code == Some(1) && told.contains(told_of), "{told}");
+        assert!(events(&found).contains(&("collision".to_owned(), 8, "jaw:tool-1-cutter".to_owned())), "{found}");
+    }
+}
+
+#[test]
 fn a_library_replaces_tools_and_names_the_line_of_what_is_wrong() {
     let folder = folder();
     folder.write(

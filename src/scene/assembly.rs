@@ -22,7 +22,7 @@ use std::sync::Arc;
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
 /// Lengths that differ by less than this count as equal, mm.
 const SAME_MM: f64 = 1e-6;
-/// Smallest difference between an offset and the drawn length of its tool that is reported, mm.
+/// Smallest difference of length or diameter between the table and the drawn tool that is reported, mm.
 const TOLD_MM: f64 = 0.5;
 
 /// A checked entry of a tool table, a library or a command line.
@@ -270,13 +270,15 @@ pub(super) struct Mounted {
     pub drawn: DrawnTool,
 }
 
-/// The lengths of a tool that was drawn by its dimensions.
+/// The lengths and the diameter of a tool that was drawn by its dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnTool {
     /// Its number.
     pub number: u32,
     /// Length from the gauge line to the tip, mm.
     pub length_mm: f64,
+    /// Cutting diameter, mm.
+    diameter_mm: f64,
     /// Offsets of X, Y and Z for a length of 1 mm; `None` when these axes are not at right angles.
     up: Option<Vector>,
     /// Stick-out of a tool without a holder, mm.
@@ -317,17 +319,22 @@ impl DrawnTool {
         Ok(())
     }
 
-    /// Warnings for the reader: an offset in the table that differs from the drawn length, and a missing holder.
+    /// Warnings for the reader: an offset or a diameter in the table that differs from the drawn tool, and a missing holder.
     pub fn notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
-        let Self { number, length_mm, up, bare_mm, .. } = self;
-        let tabled = up.zip(table.get(number)).map(|(up, tool)| along(&up, tool));
+        let Self { number, length_mm, diameter_mm, up, bare_mm, .. } = self;
+        let tool = table.get(number);
+        let tabled = up.zip(tool).map(|(up, tool)| along(&up, tool));
         let differs = tabled.filter(|tabled| (tabled - length_mm).abs() > TOLD_MM).map(|tabled| {
             format!("tool {number} is {length_mm:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm")
+        });
+        let tabled = tool.map(|tool| tool.diameter_mm);
+        let is_other = tabled.filter(|tabled| (tabled - diameter_mm).abs() > TOLD_MM).map(|tabled| {
+            format!("tool {number} is drawn {diameter_mm:.3} mm wide, and the tool table says {tabled:.3} mm, which G41 and G42 go by")
         });
         let bare = bare_mm.map(|stickout| {
             format!("tool {number} has no holder: nothing is known of what is above its {stickout} mm")
         });
-        differs.into_iter().chain(bare).collect()
+        differs.into_iter().chain(is_other).chain(bare).collect()
     }
 }
 
@@ -405,6 +412,7 @@ pub(super) fn mount(
     let parts = parts.collect::<Result<Vec<_>, String>>()?;
     let bare_mm = assembly.holder.is_empty().then_some(stickout);
     let names = parts.iter().map(|part| part.name.clone()).collect();
-    let drawn = DrawnTool { number, length_mm, up, bare_mm, has_offset: entry.has_offset, parts: names };
+    let (diameter_mm, has_offset) = (assembly.diameter_mm, entry.has_offset);
+    let drawn = DrawnTool { number, length_mm, diameter_mm, up, bare_mm, has_offset, parts: names };
     Ok(Mounted { parts, tool, drawn })
 }

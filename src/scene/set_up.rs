@@ -26,7 +26,7 @@ pub struct SetUp {
     pub spindle: Option<String>,
     /// The link that carries the workpiece.
     pub table: Option<String>,
-    /// A measured tool table; its offsets take precedence over those of tools and over their drawn lengths.
+    /// The control's tool table; its lines take precedence over those of tools, and its offsets over drawn lengths.
     pub measured: BTreeMap<u32, Tool>,
     /// Tools; they replace the scene's tools of the same number.
     pub tools: Vec<ToolEntry>,
@@ -199,7 +199,7 @@ impl Scene {
     ) -> Result<Option<String>, String> {
         let mut entry = entry.clone();
         if let Some(tool) = measured.get(&entry.number) {
-            entry.tool.offset = tool.offset;
+            entry.tool = *tool;
             entry.has_offset = true;
         }
         let mounted = match &entry.assembly {

@@ -424,6 +424,11 @@ fn what_there_is_to_tell_of_a_tool_is_told_by_the_table_in_force() {
     assert_eq!(scene.tool_notes(&table), [differs]);
     table.get_mut(&1).unwrap().offset[Axis::Z] = 100.25;
     assert!(scene.tool_notes(&table).is_empty());
+    table.get_mut(&1).unwrap().diameter_mm = 9.5;
+    assert!(scene.tool_notes(&table).is_empty());
+    table.get_mut(&1).unwrap().diameter_mm = 0.25;
+    let differs = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.250 mm, which G41 and G42 go by";
+    assert_eq!(scene.tool_notes(&table), [differs]);
     assert!(scene.tool_notes(&std::collections::BTreeMap::new()).is_empty());
 }
 
