@@ -438,6 +438,32 @@ fn stock_is_not_put_where_an_axis_does_not_move_the_tool_over_it() {
 }
 
 #[test]
+fn a_tool_is_not_put_where_an_axis_does_not_move_it() {
+    let folder = folder();
+    let tool = ["--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
+    let why = "does not move the tool over the workpiece";
+    // Z moves neither the world nor the saddle.
+    for held in [HELD.replace("tool_link = \"head\"\n", ""), HELD.replace("\"head\"", "\"saddle\"")] {
+        let scene = |tools: &str| format!("{MILL}\n[program]\nfile = \"part.ngc\"\n{tools}{held}");
+        folder.write("mill/scene.toml", &scene(""));
+        let message = folder.refused(&["check", "mill", "part.ngc", tool[0], tool[1]]);
+        assert!(message.contains("tool 1: axis ") && message.contains(why), "{message}");
+        let job = ["mill", "part.ngc", tool[0], tool[1], "--spindle", "head@0,0,200"];
+        let (found, told, code) = check(&folder, &job);
+        assert_eq!((code, events(&found)[0].1), (Some(1), 7), "{told}");
+        folder.write(
+            "mill/scene.toml",
+            &scene("tools = [{ number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 20 }]\n"),
+        );
+        let message = folder.refused(&["check", "mill"]);
+        assert!(
+            message.contains("scene.toml:") && message.contains("tool 1: axis ") && message.contains(why),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
     // A table turned by 90 degrees about C when G54 has C90: the stock's X is the machine's X all the same.
     let folder = Folder::with(&[

@@ -299,7 +299,7 @@ impl DrawnTool {
     /// the table. Its length stays.
     ///
     /// # Errors
-    /// When its length gives no offset there.
+    /// When an axis does not move the tool there, or its length gives no offset.
     pub(super) fn mount_again(
         &mut self,
         machine: &Machine,
@@ -307,6 +307,7 @@ impl DrawnTool {
         parts: &mut [Part],
         tool: Option<&mut Tool>,
     ) -> Result<(), String> {
+        check_axes(machine, tip, &Position::default())?;
         let up = up_by_axes(machine, tip);
         self.up = if self.has_offset { up.ok() } else { Some(up?) };
         if let (false, Some(up), Some(tool)) = (self.has_offset, self.up, tool) {
@@ -374,10 +375,28 @@ fn up_by_axes(machine: &Machine, tip: &TipControl) -> Result<Vector, String> {
     Ok(axes.transpose() * up.into_inner())
 }
 
+/// Checks that those of X, Y and Z that the machine has move the tool over the workpiece.
+///
+/// # Errors
+/// A message that names the first that does not, and the two links, one of which is then another.
+pub(super) fn check_axes(machine: &Machine, tip: &TipControl, position: &Position) -> Result<(), String> {
+    let Some(axis) = tip.idle_axis(machine, position) else { return Ok(()) };
+    let [tool, work] = [tip.tool_link, tip.work_link].map(|link| link_name(machine, link));
+    Err(format!(
+        "axis {} does not move the tool over the workpiece: {tool} is said to carry the tool, and {work} the workpiece; name the links that do: `tool_link` and `work_link` of `[program.tool_centre_point]`, or --spindle LINK@X,Y,Z and --table LINK",
+        axis.letter()
+    ))
+}
+
+/// A link in messages; `None` is the world.
+pub(super) fn link_name(machine: &Machine, link: Option<usize>) -> String {
+    link.map_or_else(|| "the world".to_owned(), |link| format!("link `{}`", machine.links()[link].name))
+}
+
 /// Mounts a tool in the spindle. A tool without a given offset gets its length along its axis as the offset.
 ///
 /// # Errors
-/// A message when a dimension is missing or makes no solid.
+/// A message when an axis does not move the tool over the workpiece, or a dimension is missing or makes no solid.
 pub(super) fn mount(
     entry: &ToolEntry,
     assembly: &Assembly,
@@ -385,6 +404,7 @@ pub(super) fn mount(
     tip: &TipControl,
 ) -> Result<Mounted, String> {
     let number = entry.number;
+    check_axes(machine, tip, &Position::default())?;
     let up = up_by_axes(machine, tip);
     let needs_up = !entry.has_offset || assembly.stickout_mm.is_none();
     let up = if needs_up { Some(up?) } else { up.ok() };
