@@ -235,6 +235,30 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
 }
 
 #[test]
+fn compensation_goes_by_the_diameter_of_a_measured_table() {
+    let folder = folder();
+    // The side of the jaw is at Y35. The cutter covers Y21 to Y31 where it is compensated by 5 mm, to the right, and Y26 to Y36 where it is not.
+    let program = "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-90 Y31\nG0 Z-10\nG42 D1 G1 X-75 F300\nG1 X75\nG0 Z30\nG40\nM2\n";
+    folder.write("wall.ngc", program);
+    folder.write("drawn.tbl", "T1 P1 Z+100.0 D+10.0\n");
+    folder.write("wear.tbl", "T1 P1 Z+100.0 D0\n");
+    let holder = "holder = [{ diameter_mm = 32, length_mm = 60 }]";
+    let tool = format!("number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 40, {holder}");
+    folder.write("shop.toml", &format!("tools = [{{ {tool} }}]\n"));
+    for given in [["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"], ["--tools", "shop.toml"]] {
+        let told_of = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.000 mm";
+        for table in [&[][..], &["--tool-table", "drawn.tbl"]] {
+            let (found, told, code) = check(&folder, &[&["mill", "wall.ngc"][..], &given, table].concat());
+            assert_eq!((code, events(&found).len(), told.contains("wide")), (Some(0), 0, false), "{found} {told}");
+        }
+        let wear = ["--tool-table", "wear.tbl"];
+        let (found, told, code) = check(&folder, &[&["mill", "wall.ngc"][..], &given, &wear].concat());
+        assert!(code == Some(1) && told.contains(told_of), "{told}");
+        assert!(events(&found).contains(&("collision".to_owned(), 8, "jaw:tool-1-cutter".to_owned())), "{found}");
+    }
+}
+
+#[test]
 fn a_library_replaces_tools_and_names_the_line_of_what_is_wrong() {
     let folder = folder();
     folder.write(
@@ -414,6 +438,32 @@ fn stock_is_not_put_where_an_axis_does_not_move_the_tool_over_it() {
 }
 
 #[test]
+fn a_tool_is_not_put_where_an_axis_does_not_move_it() {
+    let folder = folder();
+    let tool = ["--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
+    let why = "does not move the tool over the workpiece";
+    // Z moves neither the world nor the saddle.
+    for held in [HELD.replace("tool_link = \"head\"\n", ""), HELD.replace("\"head\"", "\"saddle\"")] {
+        let scene = |tools: &str| format!("{MILL}\n[program]\nfile = \"part.ngc\"\n{tools}{held}");
+        folder.write("mill/scene.toml", &scene(""));
+        let message = folder.refused(&["check", "mill", "part.ngc", tool[0], tool[1]]);
+        assert!(message.contains("tool 1: axis ") && message.contains(why), "{message}");
+        let job = ["mill", "part.ngc", tool[0], tool[1], "--spindle", "head@0,0,200"];
+        let (found, told, code) = check(&folder, &job);
+        assert_eq!((code, events(&found)[0].1), (Some(1), 7), "{told}");
+        folder.write(
+            "mill/scene.toml",
+            &scene("tools = [{ number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 20 }]\n"),
+        );
+        let message = folder.refused(&["check", "mill"]);
+        assert!(
+            message.contains("scene.toml:") && message.contains("tool 1: axis ") && message.contains(why),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
     // A table turned by 90 degrees about C when G54 has C90: the stock's X is the machine's X all the same.
     let folder = Folder::with(&[
@@ -480,6 +530,10 @@ fn a_new_scene_is_made_again_with_another_unit() {
     // 400 m are no table: nothing is left of it.
     let message = folder.refused(&new(&["--unit", "m"]));
     assert!(message.contains("nothing is written; --unit says"), "{message}");
+    // The subprogram is not there, and the program is Fanuc's: no unit of the meshes helps.
+    folder.write("own.nc", "O1000\nG21 G90\nM98 P2000\nM30\n");
+    let message = folder.refused(&new(&["--program", "own.nc"]));
+    assert!(message.contains("nothing is written; leave --program out") && !message.contains("--unit"), "{message}");
     assert!(!folder.path("shop").exists());
     let spaced = folder.run(&[&["scene", "new", "my shop", "--machine", "mill"][..], &parts].concat());
     let said = String::from_utf8_lossy(&spaced.stdout);
@@ -642,6 +696,14 @@ fn new_scenes_refuse_what_makes_no_sense() {
         (&["--machine", "mill", "--part", "a.stl:fixture", "--unit", "yard"], "mm, cm, m or inch"),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--pivot", "X=0,0,0"], "no such rotary axis"),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--limits", "X=5,4"], "the lower limit comes first"),
+        (
+            &["--machine", "mill", "--part", "a.stl:fixture", "--limits", "X=0,5", "--limits", "x=1,2"],
+            "axis X is given twice",
+        ),
+        (
+            &["--machine", "trunnion", "--part", "a.stl:fixture", "--pivot", "A=0,0,1", "--pivot", "A=0,0,1"],
+            "axis A is given twice",
+        ),
         (&["--machine", "mill", "--part", "a.stl:fixture", "--gauge", "0,0"], "3 finite numbers"),
         (&["--part", "a.stl:fixture"], "give --machine KIND"),
     ] {

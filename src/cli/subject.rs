@@ -40,7 +40,7 @@ pub struct Subject {
     /// origin; in the dialects fanuc and haas G54.1P12, too, and in haas G154P12; X is a diameter on Fanuc's and Haas's lathes, as on their offset page; repeatable
     #[arg(long = "offset", value_name = "NAME=X,Y,Z")]
     offsets: Vec<String>,
-    /// Take tools from a LinuxCNC tool table in place of the scene's
+    /// Take tools from a LinuxCNC tool table in place of the scene's; its offsets and diameters go before those of --tool and --tools
     #[arg(long, value_name = "FILE")]
     tool_table: Option<PathBuf>,
     /// The tool table's lengths are inches

@@ -89,7 +89,7 @@ pub enum Form {
     /// `<collision>`, or `<visual>` for links without it.
     #[default]
     Collision,
-    /// `<visual>`.
+    /// `<visual>`, or `<collision>` for links without it.
     Visual,
 }
 

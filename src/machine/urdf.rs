@@ -323,7 +323,8 @@ fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<J
 }
 
 fn bodies_of(index: usize, link: &urdf_rs::Link, form: Form) -> Result<Vec<Body>, UrdfError> {
-    let described: Vec<(&Pose, &Geometry)> = if form == Form::Visual || link.collision.is_empty() {
+    let is_visual = link.collision.is_empty() || form == Form::Visual && !link.visual.is_empty();
+    let described: Vec<(&Pose, &Geometry)> = if is_visual {
         link.visual.iter().map(|visual| (&visual.origin, &visual.geometry)).collect()
     } else {
         link.collision.iter().map(|collision| (&collision.origin, &collision.geometry)).collect()

@@ -22,7 +22,7 @@ use std::sync::Arc;
 const TESSELLATION: Tessellation = Tessellation { grading: 1.0, density: 3.0 };
 /// Lengths that differ by less than this count as equal, mm.
 const SAME_MM: f64 = 1e-6;
-/// Smallest difference between an offset and the drawn length of its tool that is reported, mm.
+/// Smallest difference of length or diameter between the table and the drawn tool that is reported, mm.
 const TOLD_MM: f64 = 0.5;
 
 /// A checked entry of a tool table, a library or a command line.
@@ -270,13 +270,15 @@ pub(super) struct Mounted {
     pub drawn: DrawnTool,
 }
 
-/// The lengths of a tool that was drawn by its dimensions.
+/// The lengths and the diameter of a tool that was drawn by its dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnTool {
     /// Its number.
     pub number: u32,
     /// Length from the gauge line to the tip, mm.
     pub length_mm: f64,
+    /// Cutting diameter, mm.
+    diameter_mm: f64,
     /// Offsets of X, Y and Z for a length of 1 mm; `None` when these axes are not at right angles.
     up: Option<Vector>,
     /// Stick-out of a tool without a holder, mm.
@@ -297,7 +299,7 @@ impl DrawnTool {
     /// the table. Its length stays.
     ///
     /// # Errors
-    /// When its length gives no offset there.
+    /// When an axis does not move the tool there, or its length gives no offset.
     pub(super) fn mount_again(
         &mut self,
         machine: &Machine,
@@ -305,6 +307,7 @@ impl DrawnTool {
         parts: &mut [Part],
         tool: Option<&mut Tool>,
     ) -> Result<(), String> {
+        check_axes(machine, tip, &Position::default())?;
         let up = up_by_axes(machine, tip);
         self.up = if self.has_offset { up.ok() } else { Some(up?) };
         if let (false, Some(up), Some(tool)) = (self.has_offset, self.up, tool) {
@@ -317,17 +320,22 @@ impl DrawnTool {
         Ok(())
     }
 
-    /// Warnings for the reader: an offset in the table that differs from the drawn length, and a missing holder.
+    /// Warnings for the reader: an offset or a diameter in the table that differs from the drawn tool, and a missing holder.
     pub fn notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
-        let Self { number, length_mm, up, bare_mm, .. } = self;
-        let tabled = up.zip(table.get(number)).map(|(up, tool)| along(&up, tool));
+        let Self { number, length_mm, diameter_mm, up, bare_mm, .. } = self;
+        let tool = table.get(number);
+        let tabled = up.zip(tool).map(|(up, tool)| along(&up, tool));
         let differs = tabled.filter(|tabled| (tabled - length_mm).abs() > TOLD_MM).map(|tabled| {
             format!("tool {number} is {length_mm:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm")
+        });
+        let tabled = tool.map(|tool| tool.diameter_mm);
+        let is_other = tabled.filter(|tabled| (tabled - diameter_mm).abs() > TOLD_MM).map(|tabled| {
+            format!("tool {number} is drawn {diameter_mm:.3} mm wide, and the tool table says {tabled:.3} mm, which G41 and G42 go by")
         });
         let bare = bare_mm.map(|stickout| {
             format!("tool {number} has no holder: nothing is known of what is above its {stickout} mm")
         });
-        differs.into_iter().chain(bare).collect()
+        differs.into_iter().chain(is_other).chain(bare).collect()
     }
 }
 
@@ -367,10 +375,28 @@ fn up_by_axes(machine: &Machine, tip: &TipControl) -> Result<Vector, String> {
     Ok(axes.transpose() * up.into_inner())
 }
 
+/// Checks that those of X, Y and Z that the machine has move the tool over the workpiece.
+///
+/// # Errors
+/// A message that names the first that does not, and the two links, one of which is then another.
+pub(super) fn check_axes(machine: &Machine, tip: &TipControl, position: &Position) -> Result<(), String> {
+    let Some(axis) = tip.idle_axis(machine, position) else { return Ok(()) };
+    let [tool, work] = [tip.tool_link, tip.work_link].map(|link| link_name(machine, link));
+    Err(format!(
+        "axis {} does not move the tool over the workpiece: {tool} is said to carry the tool, and {work} the workpiece; name the links that do: `tool_link` and `work_link` of `[program.tool_centre_point]`, or --spindle LINK@X,Y,Z and --table LINK",
+        axis.letter()
+    ))
+}
+
+/// A link in messages; `None` is the world.
+pub(super) fn link_name(machine: &Machine, link: Option<usize>) -> String {
+    link.map_or_else(|| "the world".to_owned(), |link| format!("link `{}`", machine.links()[link].name))
+}
+
 /// Mounts a tool in the spindle. A tool without a given offset gets its length along its axis as the offset.
 ///
 /// # Errors
-/// A message when a dimension is missing or makes no solid.
+/// A message when an axis does not move the tool over the workpiece, or a dimension is missing or makes no solid.
 pub(super) fn mount(
     entry: &ToolEntry,
     assembly: &Assembly,
@@ -378,6 +404,7 @@ pub(super) fn mount(
     tip: &TipControl,
 ) -> Result<Mounted, String> {
     let number = entry.number;
+    check_axes(machine, tip, &Position::default())?;
     let up = up_by_axes(machine, tip);
     let needs_up = !entry.has_offset || assembly.stickout_mm.is_none();
     let up = if needs_up { Some(up?) } else { up.ok() };
@@ -405,6 +432,7 @@ pub(super) fn mount(
     let parts = parts.collect::<Result<Vec<_>, String>>()?;
     let bare_mm = assembly.holder.is_empty().then_some(stickout);
     let names = parts.iter().map(|part| part.name.clone()).collect();
-    let drawn = DrawnTool { number, length_mm, up, bare_mm, has_offset: entry.has_offset, parts: names };
+    let (diameter_mm, has_offset) = (assembly.diameter_mm, entry.has_offset);
+    let drawn = DrawnTool { number, length_mm, diameter_mm, up, bare_mm, has_offset, parts: names };
     Ok(Mounted { parts, tool, drawn })
 }

@@ -90,7 +90,7 @@ pub struct ExpectFile {
     pub pair: Spanned<[String; 2]>,
 }
 
-/// The `[machine]` of a scene, or a separate file, which has the same keys except `file` and `density`.
+/// The `[machine]` of a scene.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
@@ -111,6 +111,16 @@ pub struct MachineFile {
     pub links: Vec<LinkFile>,
     /// Parts.
     #[serde(default)]
+    pub parts: Vec<PartFile>,
+}
+
+/// A machine's own file, which several scenes may share.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SharedMachineFile {
+    /// Links.
+    pub links: Vec<LinkFile>,
+    /// Parts.
     pub parts: Vec<PartFile>,
 }
 

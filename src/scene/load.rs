@@ -2,7 +2,9 @@
 
 use super::assembly;
 use super::error::{Place, SceneError};
-use super::file::{ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, TipFile};
+use super::file::{
+    ApproachFile, CheckFile, MachineFile, PartFile, ProgramFile, RapidFile, SceneFile, SharedMachineFile, TipFile,
+};
 use super::folder::Folder;
 use super::numbers;
 use super::parts::{admit, push_part};
@@ -13,7 +15,7 @@ use super::{
 };
 use crate::geometry::shapes::Tessellation;
 use crate::geometry::{self, Mesh, Point, Vector, import};
-use crate::machine::file::Form;
+use crate::machine::file::{Form, LinkFile};
 use crate::machine::tip::TipControl;
 use crate::machine::{self, Machine};
 use rs274::{Axis, Position, RapidPath, Setup};
@@ -189,38 +191,34 @@ fn machine_and_its_parts(
     overrides: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let mut parts = Vec::new();
-    let refuse = |document: &Document, message: &str| {
-        Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() })
-    };
+    let refuse =
+        |message: &str| Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() });
     let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
     if let Some(path) = &file.urdf {
         if file.file.is_some() || !file.links.is_empty() {
-            return refuse(document, "a machine has a URDF file, a file or links, and only one of them");
+            return refuse("a machine has a URDF file, a file or links, and only one of them");
         }
         let (machine, mut parts) = read_urdf(folder, document, file, path, &of_file)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
     }
     if !file.axes.is_empty() || file.form != Form::default() {
-        return refuse(document, "`axes` and `form` go with `urdf`");
+        return refuse("`axes` and `form` go with `urdf`");
     }
     let Some(path) = &file.file else {
         if file.density.is_some() {
-            return refuse(document, "`density` goes with `file` or `urdf`; parts have their own `tessellation`");
+            return refuse("`density` goes with `file` or `urdf`; parts have their own `tessellation`");
         }
-        let machine = build_machine(document, file)?;
+        let machine = build_machine(document, &file.links)?;
         add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
         return Ok((machine, parts));
     };
     if !file.links.is_empty() {
-        return refuse(document, "a machine has either a file or links");
+        return refuse("a machine has either a file or links");
     }
     let machine_document = Document::read(folder, path)?;
-    let machine_file: MachineFile = machine_document.parse()?;
-    if machine_file.file.is_some() || machine_file.urdf.is_some() || machine_file.density.is_some() {
-        return refuse(&machine_document, "a machine's file cannot name another, nor a density");
-    }
-    let machine = build_machine(&machine_document, &machine_file)?;
+    let machine_file: SharedMachineFile = machine_document.parse()?;
+    let machine = build_machine(&machine_document, &machine_file.links)?;
     add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, &of_file)?;
     add_parts(&mut parts, folder, document, &file.parts, &machine, overrides)?;
     Ok((machine, parts))
@@ -255,9 +253,8 @@ fn overridden(mut tessellation: Tessellation, overrides: &Overrides) -> Tessella
     tessellation
 }
 
-fn build_machine(document: &Document, file: &MachineFile) -> Result<Machine, SceneError> {
-    machine::file::build(&file.links)
-        .map_err(|(span, cause)| SceneError::Machine { place: document.place(&span), cause })
+fn build_machine(document: &Document, links: &[LinkFile]) -> Result<Machine, SceneError> {
+    machine::file::build(links).map_err(|(span, cause)| SceneError::Machine { place: document.place(&span), cause })
 }
 
 fn add_parts(

@@ -336,7 +336,7 @@ impl Scene {
         Err(missing(name_or_path))
     }
 
-    /// Warnings about the drawn tools under a tool table, one line each: an offset that differs from the drawn length, a missing holder.
+    /// Warnings about the drawn tools under a tool table, one line each: an offset or a diameter that differs from the drawn tool, a missing holder.
     pub fn tool_notes(&self, table: &BTreeMap<u32, Tool>) -> Vec<String> {
         self.drawn_tools.iter().flat_map(|drawn| drawn.notes(table)).collect()
     }

@@ -26,7 +26,7 @@ pub struct SetUp {
     pub spindle: Option<String>,
     /// The link that carries the workpiece.
     pub table: Option<String>,
-    /// A measured tool table; its offsets take precedence over those of tools and over their drawn lengths.
+    /// The control's tool table; its lines take precedence over those of tools, and its offsets over drawn lengths.
     pub measured: BTreeMap<u32, Tool>,
     /// Tools; they replace the scene's tools of the same number.
     pub tools: Vec<ToolEntry>,
@@ -181,10 +181,6 @@ impl Scene {
         }
     }
 
-    fn link_name(&self, link: Option<usize>) -> String {
-        link.map_or_else(|| "the world".to_owned(), |link| format!("link `{}`", self.machine.links()[link].name))
-    }
-
     /// The link of the first part with the role.
     fn link_of(&self, role: Role) -> Option<Option<usize>> {
         self.parts.iter().find(|part| part.role == role).map(|part| part.link)
@@ -199,7 +195,7 @@ impl Scene {
     ) -> Result<Option<String>, String> {
         let mut entry = entry.clone();
         if let Some(tool) = measured.get(&entry.number) {
-            entry.tool.offset = tool.offset;
+            entry.tool = *tool;
             entry.has_offset = true;
         }
         let mounted = match &entry.assembly {
@@ -238,7 +234,7 @@ impl Scene {
         let (part, place) = stock.part(link, &link_from_work)?;
         let gone = self.retain_parts(|part| part.role != Role::Workpiece);
         push_part(&mut self.parts, part).map_err(|why| why.to_string())?;
-        let mut notes = vec![format!("the stock is at {place}, on {}", self.link_name(link))];
+        let mut notes = vec![format!("the stock is at {place}, on {}", assembly::link_name(&self.machine, link))];
         if !gone.is_empty() {
             notes.push(format!("the stock replaces `{}` of the scene", gone.join("`, `")));
         }
@@ -256,13 +252,7 @@ impl Scene {
         )?;
         let origin = run.setup.work_offsets[0].origin;
         let at = tip.tip(&self.machine, &origin, 0.0);
-        if let Some(axis) = tip.idle_axis(&self.machine, &origin) {
-            return Err(format!(
-                "axis {} does not move the tool over {}, which is said to carry the workpiece; name the link that does: --table LINK, or `work_link` of `[program.tool_centre_point]`",
-                axis.letter(),
-                self.link_name(tip.work_link)
-            ));
-        }
+        assembly::check_axes(&self.machine, tip, &origin)?;
         // A lathe has no Y; the other two say where it would go.
         let matrix = Matrix3::from_columns(&tip.directions(&self.machine, &origin));
         if (matrix.transpose() * matrix - Matrix3::identity()).amax() > SKEW || matrix.determinant() < 0.0 {

@@ -14,7 +14,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 /// Number of levels above the URDF file's folder at which a package is searched.
-const LEVELS_UP: usize = 4;
+const LEVELS_UP: usize = 5;
 
 /// The machine of a URDF file and a part for each of its bodies.
 pub fn read(
@@ -72,27 +72,47 @@ fn read_mesh(
     file: &str,
     unit_mm: f64,
 ) -> Result<Mesh, Box<dyn Error + Send + Sync>> {
-    let candidates = candidates(base, file);
-    let Some(path) = candidates.iter().find(|path| folder.has(path)) else {
-        let tried: Vec<String> = candidates.iter().map(|path| folder.path(path).display().to_string()).collect();
-        return Err(format!("there is no mesh `{file}`; tried {}", tried.join(", ")).into());
-    };
-    let bytes = folder.bytes(path)?;
-    let import::Imported { mesh, report } = import::parse_scaled(&folder.path(path), &bytes, unit_mm)?;
-    folder.meshes.push(MeshFile { part: part.to_owned(), file: path.clone(), report });
+    let path = find_mesh(folder, base, file)?;
+    let bytes = folder.bytes(&path)?;
+    let import::Imported { mesh, report } = import::parse_scaled(&folder.path(&path), &bytes, unit_mm)?;
+    folder.meshes.push(MeshFile { part: part.to_owned(), file: path, report });
     Ok(mesh)
 }
 
-/// Candidate paths of a mesh. `package://name/rest` may be in a folder `name` beside or above the file, or in a folder around the file that
-/// stands for the package. `file://` is used as it is, and any other path is relative to the file.
-fn candidates(base: &str, file: &str) -> Vec<String> {
-    if let Some(path) = file.strip_prefix("file://") {
-        return vec![path.to_owned()];
-    }
-    let Some(path) = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://")) else {
-        return vec![format!("{base}{file}")];
+/// The path of a mesh. `package://name/rest` is in a folder `name` beside or above the file, or in a folder around the file whose `package.xml`
+/// names the package. `file://` is used as it is, and any other path is relative to the file.
+fn find_mesh(folder: &mut Folder, base: &str, file: &str) -> Result<String, String> {
+    let in_package = file.strip_prefix("package://").or_else(|| file.strip_prefix("model://"));
+    let ups = || (0..=LEVELS_UP).map(|levels| format!("{base}{}", "../".repeat(levels)));
+    let mut tried = match (file.strip_prefix("file://"), in_package) {
+        (Some(path), _) => vec![path.to_owned()],
+        (None, Some(path)) => ups().map(|up| format!("{up}{path}")).collect(),
+        (None, None) => vec![format!("{base}{file}")],
     };
-    let rest = path.split_once('/').map_or(path, |(_, rest)| rest);
-    let ups = (0..=LEVELS_UP).map(|levels| format!("{base}{}", "../".repeat(levels)));
-    ups.flat_map(|up| [format!("{up}{path}"), format!("{up}{rest}")]).collect()
+    if let Some(path) = tried.iter().find(|path| folder.has(path)) {
+        return Ok(path.clone());
+    }
+    let mut hint = "";
+    if let Some((name, rest)) = in_package.and_then(|path| path.split_once('/')) {
+        hint = "; a folder of another name needs a `package.xml` that names the package";
+        for up in ups() {
+            let path = format!("{up}{rest}");
+            if is_package(folder, &up, name) {
+                if folder.has(&path) {
+                    return Ok(path);
+                }
+                tried.push(path);
+            }
+        }
+    }
+    let tried: Vec<String> = tried.iter().map(|path| folder.path(path).display().to_string()).collect();
+    Err(format!("there is no mesh `{file}`; tried {}{hint}", tried.join(", ")))
+}
+
+/// Whether the `package.xml` of a folder names the package.
+fn is_package(folder: &mut Folder, up: &str, name: &str) -> bool {
+    let manifest = format!("{up}package.xml");
+    let text = if folder.has(&manifest) { folder.text(&manifest).unwrap_or_default() } else { String::new() };
+    let named = text.split_once("<name>").and_then(|(_, text)| text.split_once("</name>"));
+    named.is_some_and(|(named, _)| named.trim() == name)
 }

@@ -5,7 +5,7 @@ use super::{extents_table, write_folder};
 use crate::geometry::import::Unit;
 use crate::record::command::quoted;
 use crate::scene::template::{BASE, Chain, NewPart, NewScene, TEMPLATES};
-use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, set_up};
+use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, SceneError, set_up};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -116,8 +116,17 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
     }
     files.insert("scene.toml".to_owned(), scene.toml().into_bytes());
     let made = Scene::from_memory(&folder.to_string_lossy(), files.clone(), &Overrides::default());
-    let made =
-        made.context("no scene can be made of these files, and nothing is written; --unit says what they are in")?;
+    let made = made.map_err(|error| {
+        let next = match &error {
+            SceneError::Mesh { .. } => "; --unit says what they are in",
+            SceneError::Program(_) => {
+                "; leave --program out, and check the program where it is: `bvbench check FOLDER PROGRAM --dialect NAME`"
+            }
+            _ => "",
+        };
+        anyhow::Error::from(error)
+            .context(format!("no scene can be made of these files, and nothing is written{next}"))
+    })?;
     write_folder(folder, files)?;
     Ok(made)
 }
@@ -271,14 +280,15 @@ fn numbers<const N: usize>(option: &str, text: &str) -> Result<[f64; N]> {
     set_up::numbers(text).map_err(|why| anyhow!("{option}: {why}"))
 }
 
-/// `A=...` for axes of the machine.
+/// `A=...` for axes of the machine, each once.
 fn by_axis<const N: usize>(
     option: &str,
     texts: &[String],
     chain: &Chain,
     rotary: bool,
 ) -> Result<BTreeMap<char, [f64; N]>> {
-    let read = |text: &String| {
+    let mut read = BTreeMap::new();
+    for text in texts {
         let (axis, values) = text.split_once('=').ok_or_else(|| anyhow!("{option} {text}: it must be like A=..."))?;
         let axis = chain.axes().into_iter().find(|known| axis.trim().eq_ignore_ascii_case(&known.letter().to_string()));
         let axis = axis.filter(|axis| !rotary || axis.is_rotary());
@@ -286,9 +296,11 @@ fn by_axis<const N: usize>(
             let what = if rotary { "rotary axis" } else { "axis" };
             anyhow!("{option} {text}: the machine has no such {what}; its links are {}", chain.links().join(", "))
         })?;
-        Ok((axis.letter(), numbers(option, values)?))
-    };
-    texts.iter().map(read).collect()
+        if read.insert(axis.letter(), numbers(option, values)?).is_some() {
+            bail!("{option} {text}: axis {} is given twice", axis.letter());
+        }
+    }
+    Ok(read)
 }
 
 fn limits(texts: &[String], chain: &Chain) -> Result<BTreeMap<char, [f64; 2]>> {

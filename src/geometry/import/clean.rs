@@ -32,20 +32,34 @@ pub(super) fn clean(raw: Raw, format: Format, unit_mm: f64, weld_mm: f64) -> Res
 }
 
 /// Drops each triangle that winds against an earlier one of the same corners. Bodies with a side in common have such triangles: they stay where the mesh is watertight only with
-/// them, and no component consists of them alone, which would enclose nothing then.
+/// them, and no component consists of them alone, which would enclose nothing then. Beside other components, one that does may be a cavity and the body that fills it: what is left
+/// of it faces outwards, whichever came first.
 fn without_opposites(both: Mesh, seen: &HashSet<[u32; 3]>) -> Result<Mesh, MeshError> {
+    let (component_of, components) = both.components();
+    let faces = || both.faces().iter().copied().zip(component_of.iter().map(|component| *component as usize));
+    let mut has_single = vec![false; components];
+    faces().for_each(|(face, component)| has_single[component] |= !seen.contains(&reversed(face)));
     let mut before = HashSet::new();
-    let mut once = both.faces().to_vec();
-    once.retain(|face| {
+    let mut once: Vec<([u32; 3], usize)> = faces().collect();
+    once.retain(|(face, _)| {
         before.insert(from_least(*face));
         !before.contains(&reversed(*face))
     });
-    let once = Mesh::new(both.vertices().to_vec(), once)?;
-    let (component_of, components) = both.components();
-    let single = both.faces().iter().zip(&component_of).filter(|(face, _)| !seen.contains(&reversed(**face)));
-    let with_single: HashSet<u32> = single.map(|(_, component)| *component).collect();
+    if has_single.contains(&true) {
+        let mut volumes = vec![0.0; components];
+        for (face, component) in &once {
+            let [a, b, c] = both.triangle(*face).corners.map(|p| p - both.vertices()[0]);
+            volumes[*component] += a.dot(&b.cross(&c));
+        }
+        for (face, component) in &mut once {
+            if !has_single[*component] && volumes[*component] < 0.0 {
+                face.swap(1, 2);
+            }
+        }
+    }
+    let once = Mesh::new(both.vertices().to_vec(), once.into_iter().map(|(face, _)| face).collect())?;
     let is_closed = |mesh: &Mesh| mesh.edge_report().is_watertight();
-    let are_needed = with_single.len() == components && is_closed(&both) && !is_closed(&once);
+    let are_needed = !has_single.contains(&false) && is_closed(&both) && !is_closed(&once);
     Ok(if are_needed { both } else { once })
 }
 

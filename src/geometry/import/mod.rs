@@ -6,7 +6,8 @@
 //! - A triangle that collapses (two corners weld) is dropped. In a closed mesh its points belong to its neighbours.
 //!
 //! - A triangle with the same three corners as an earlier one is dropped. Triangles that wind against an earlier one stay if the mesh is
-//!   watertight only with them, as of bodies with a side in common, and no component consists of such pairs alone.
+//!   watertight only with them, as of bodies with a side in common, and no component consists of such pairs alone. Beside other components,
+//!   what is left of one that does (a cavity and the body that fills it) faces outwards.
 //!
 //! - A triangle with three different corners on a line is kept. It has no area, but its corners count, and dropping it would open the
 //!   surface between its neighbours.

@@ -190,9 +190,11 @@ fn duplicates_and_collapsed_triangles_go_and_needles_stay() {
     assert_eq!(report.welded_vertices, 1);
 }
 
+/// The sides of a box; bits 0 to 2 of a corner's number say whether it is at the upper end of x, y and z.
+const BOX: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+
 #[test]
 fn triangles_wound_against_each_other_stay_only_where_they_close_bodies_with_a_side_in_common() {
-    const BOX: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     // Corners of boxes of 1 mm on one another, four at each height; the box of a level, and the same inside out.
     let read = |boxes: &[(usize, bool)], weld_mm: f64| {
         let mut off = format!("OFF\n20 {} 0\n", 6 * boxes.len());
@@ -221,6 +223,37 @@ fn triangles_wound_against_each_other_stay_only_where_they_close_bodies_with_a_s
         let surface = mesh.surface_report();
         assert_eq!((report.duplicate, surface.edges.is_watertight()), (duplicate, volume_mm3.is_some()), "{what}");
         assert!(volume_mm3.is_none_or(|volume| (surface.volume_mm3 - volume).abs() < 1e-6), "{what}: {surface:?}");
+    }
+}
+
+#[test]
+fn what_fills_a_cavity_is_solid_whichever_of_the_two_comes_first() {
+    // A box of 27 mm³, and one of 1 mm³ from both sides, in it or beside it.
+    let (block, cavity, plug) = ((0, false), (8, true), (8, false));
+    for (at, bodies) in [
+        (0.0, [block, cavity, plug]),
+        (0.0, [block, plug, cavity]),
+        (0.0, [cavity, plug, block]),
+        (5.0, [block, cavity, plug]),
+    ] {
+        let mut off = "OFF\n16 18 0\n".to_owned();
+        for ends in [[-1.0, 2.0], [at, at + 1.0]] {
+            for corner in 0..8_usize {
+                off += &format!("{} {} {}\n", ends[corner & 1], ends[corner >> 1 & 1], ends[corner >> 2]);
+            }
+        }
+        for (first, is_turned) in bodies {
+            for mut face in BOX {
+                if is_turned {
+                    face[1..].reverse();
+                }
+                off += &format!("4 {}\n", face.map(|corner| (corner + first).to_string()).join(" "));
+            }
+        }
+        let Imported { mesh, report } = read("a.off", off.as_bytes()).unwrap();
+        let surface = mesh.surface_report();
+        assert_eq!((report.duplicate, surface.components, surface.leaking, surface.inward), (12, 2, 0, 0), "{surface}");
+        assert!((surface.volume_mm3 - 28.0).abs() < 1e-6, "{at} {bodies:?}: {surface:?}");
     }
 }
 

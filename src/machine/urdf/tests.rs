@@ -61,6 +61,15 @@ fn what_is_seen_may_be_taken_instead() {
 }
 
 #[test]
+fn a_link_that_has_only_what_collides_is_there_in_both_forms() {
+    let visual = "<visual><geometry><mesh filename=\"arm.obj\"/></geometry></visual>";
+    assert!(ROBOT.contains(visual));
+    let (_, seen) = read(ROBOT, &BTreeMap::new(), Form::Visual).unwrap();
+    let robot = ROBOT.replacen(visual, &visual.replace("visual", "collision"), 1);
+    assert_eq!(read(&robot, &BTreeMap::new(), Form::Visual).unwrap().1, seen);
+}
+
+#[test]
 fn letters_may_be_chosen_and_linear_ones_turn() {
     let (machine, _) = read(ROBOT, &letters(&[("swing", 'x'), ("spin", 'C')]), Form::Collision).unwrap();
     // A radian of a joint that turns a degree per mm.

@@ -34,7 +34,9 @@ fn folder(files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("t.stl"), TETRAHEDRON).unwrap();
     for (name, text) in files {
-        std::fs::write(folder.path().join(name), text).unwrap();
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
     }
     folder
 }
@@ -79,6 +81,13 @@ fn a_machine_may_have_its_own_file_that_brings_parts() {
     assert_eq!(loaded.pairs, [Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 }]);
     let (_, text) = error_of(&[("scene.toml", scene), ("machine.toml", "[[links]]\nname = 3\n")]);
     assert!(text.starts_with("machine.toml:2:8: "), "{text}");
+    for key in
+        ["form = \"visual\"", "axes = { slide = \"Y\" }", "density = 2", "file = \"other.toml\"", "urdf = \"r.urdf\""]
+    {
+        let machine = format!("# of a mill\n{key}\n{machine}");
+        let (_, text) = error_of(&[("scene.toml", scene), ("machine.toml", &machine)]);
+        assert!(text.starts_with("machine.toml:2:1: ") && text.contains("`links` or `parts`"), "{text}");
+    }
 }
 
 #[test]
@@ -429,6 +438,11 @@ fn what_there_is_to_tell_of_a_tool_is_told_by_the_table_in_force() {
     assert_eq!(scene.tool_notes(&table), [differs]);
     table.get_mut(&1).unwrap().offset[Axis::Z] = 100.25;
     assert!(scene.tool_notes(&table).is_empty());
+    table.get_mut(&1).unwrap().diameter_mm = 9.5;
+    assert!(scene.tool_notes(&table).is_empty());
+    table.get_mut(&1).unwrap().diameter_mm = 0.25;
+    let differs = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.250 mm, which G41 and G42 go by";
+    assert_eq!(scene.tool_notes(&table), [differs]);
     assert!(scene.tool_notes(&std::collections::BTreeMap::new()).is_empty());
 }
 
@@ -467,7 +481,7 @@ mod urdf {
     const ROBOT: &str = r#"<robot name="robot">
   <link name="bed"><visual><geometry><box size="1 0.5 0.1"/></geometry></visual></link>
   <link name="carriage">
-    <visual><geometry><mesh filename="package://robot/t.stl" scale="0.002 0.002 0.002"/></geometry></visual>
+    <visual><geometry><mesh filename="t.stl" scale="0.002 0.002 0.002"/></geometry></visual>
   </link>
   <joint name="slide" type="prismatic">
     <parent link="bed"/><child link="carriage"/><axis xyz="0 0 1"/><limit lower="0.1" upper="0.2" effort="0" velocity="1"/>
@@ -518,12 +532,34 @@ mod urdf {
     }
 
     #[test]
+    fn a_mesh_of_a_package_is_in_that_package() {
+        let scene = WITH_URDF.replacen("r.urdf", "src/arm/urdf/r.urdf", 1);
+        let robot = ROBOT.replacen("t.stl", "package://grip/meshes/t.stl", 1);
+        let wide = TETRAHEDRON.replace("vertex 1 0 0", "vertex 3 0 0");
+        // A unit is 2 mm: the mesh of the arm reaches to 2 mm along X, and that of the gripper to 6.
+        let mesh = |more: &[(&str, &str)]| -> Result<f64, String> {
+            let own =
+                [("scene.toml", &*scene), ("src/arm/urdf/r.urdf", &*robot), ("src/arm/meshes/t.stl", TETRAHEDRON)];
+            let carriage = load(&[&own[..], more].concat()).map_err(|error| error.to_string())?.parts.swap_remove(1);
+            Ok(carriage.mesh.vertices().iter().map(|v| v.x).fold(0.0, f64::max))
+        };
+        let manifest = |name: &str| format!("<package format=\"3\">\n  <name>{name}</name>\n</package>\n");
+        assert_eq!(mesh(&[("src/grip/meshes/t.stl", &wide)]), Ok(6.0));
+        assert_eq!(mesh(&[("src/arm/package.xml", &manifest("grip"))]), Ok(2.0));
+        let other = manifest("arm");
+        for more in [&[][..], &[("src/arm/package.xml", &*other)]] {
+            let missing = mesh(more).unwrap_err();
+            assert!(missing.contains("there is no mesh `package://grip/meshes/t.stl`; tried "), "{missing}");
+            assert!(missing.contains("/src/arm/urdf/../../grip/meshes/t.stl, "), "{missing}");
+            assert!(missing.ends_with("needs a `package.xml` that names the package"), "{missing}");
+        }
+    }
+
+    #[test]
     fn what_is_wrong_with_a_urdf_file_is_said_with_its_place() {
         let text = |robot: &str| error_of(&[("scene.toml", WITH_URDF), ("r.urdf", robot)]).1;
         let missing = text(&ROBOT.replacen("t.stl", "u.stl", 1));
-        let wanted =
-            "r.urdf:3:15: part `carriage`: there is no mesh `package://robot/u.stl`; tried robot/u.stl, u.stl, ";
-        assert!(missing.starts_with(wanted), "{missing}");
+        assert_eq!(missing, "r.urdf:3:15: part `carriage`: there is no mesh `u.stl`; tried u.stl");
         let cycle = text(&ROBOT.replacen("parent link=\"bed\"", "parent link=\"carriage\"", 1));
         assert_eq!(cycle, "r.urdf:3:15: links stand on one another in a circle: carriage -> carriage");
         let mimic = text(&ROBOT.replacen("<limit", "<mimic joint=\"other\"/><limit", 1));
