@@ -703,3 +703,19 @@ fn rays_are_counted() {
     let without = accepted(&text("open 199 0", 199)).work;
     assert!(work > without + 99 * 100, "{work}, {without}");
 }
+
+#[test]
+fn faces_beside_rays_are_counted() {
+    // Between two closed cubes, or above them: between them, each stretch has a ray through the four faces across it.
+    let a = corners([-20.0, 0.0, 0.0], 9.0) + &corners([20.0, 0.0, 0.0], 9.0) + &faces(0, false) + &faces(8, false);
+    let front = "a p 16777216 0 0 -167772160 p -16777216 0 0 -167772160";
+    let stretches: String = (1..100).map(|i| format!("free {} 1 {front}\nopen {} 0\n", 2 * i, 2 * i + 1)).collect();
+    let work = |z: f64| {
+        let b = cube(&format!("b s holder - {PLAIN}"), [0.0, 0.0, z], 2.0);
+        let moves = "point 0 1\n".repeat(199);
+        let parts = format!("slide s - {PLAIN} X 1 0 0\npart a - fixture - {PLAIN}\n{a}{b}{moves}");
+        accepted(&written(&format!("{parts}pair a b examined\nopen 1 0\n{stretches}"))).work
+    };
+    let [between, above] = [0.0, 40.0].map(work);
+    assert!(between > above + 99 * 4 * 10, "{between}, {above}");
+}
