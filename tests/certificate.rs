@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
 use bvbench::certify::{Certificate, Doubt, Verdict, certify};
-use bvbench::geometry::{Triangle, Vector};
+use bvbench::geometry::{Point, Triangle, Vector};
 use bvbench::measure::Silent;
 use bvbench::measure::peers::motions;
 use bvbench::measure::peers::posed::{PosedMeshes, Question};
@@ -311,6 +311,50 @@ start = {{ z_mm = 10 }}
 }
 
 #[test]
+fn a_mesh_with_a_component_of_no_volume_has_no_inside() {
+    let block = r#"{ kind = "extrude", height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]] }"#;
+    let [left, right] = [-20, 20].map(|x| format!("{{ shape = {block}, at = {{ xyz_mm = [{x}, 0, 0] }} }}"));
+    let scene = |blocks: &str| {
+        format!(
+            r#"
+title = "A holder between two blocks"
+[[machine.links]]
+name = "head"
+joint = {{ axis = "Z", direction = [0, 0, 1] }}
+[[parts]]
+name = "blocks"
+role = "fixture"
+{blocks}
+[[parts]]
+name = "holder"
+role = "holder"
+link = "head"
+shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0, 2]] }}
+[program]
+file = "own.ngc"
+start = {{ z_mm = 10 }}
+"#
+        )
+    };
+    let program = "G0 Z12\nG0 Z9\nM2";
+    let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = [{left}, {right}] }}")), program);
+    let mut triangles = drawn.parts[0].mesh.triangles();
+    let verdict = |triangles: &[Triangle]| {
+        let read = load_with(&scene("mesh = \"part.stl\""), program, triangles);
+        assert!(read.parts[0].mesh.edge_report().is_watertight());
+        let certificate = certified(&read);
+        accepted(&certificate, "two blocks");
+        certificate.blocks.into_values().collect::<BTreeSet<Verdict>>().into_iter().collect::<Vec<_>>()
+    };
+    assert_eq!(verdict(&triangles), [Verdict::Free]);
+    // A square from both sides, each divided along another diagonal.
+    let corners = [[-5.0, 0.0], [5.0, 0.0], [5.0, 10.0], [-5.0, 10.0]].map(|[x, z]| Point::new(x, 40.0, z));
+    let square = [[0, 1, 2], [0, 2, 3], [3, 2, 1], [1, 0, 3]];
+    triangles.extend(square.map(|[i, j, k]| Triangle::new(corners[i], corners[j], corners[k])));
+    assert_eq!(verdict(&triangles), [Verdict::Unresolved]);
+}
+
+#[test]
 fn a_circle_that_ends_beside_its_start_is_certified() {
     let scene = r#"
 title = "A plate above another"
@@ -598,6 +642,158 @@ fn compare_with_samples(scene: &Scene, certificate: &Certificate, seed: u64) {
             );
         }
         from = (sample.position, sample.fraction, sample.move_index);
+    }
+}
+
+/// A vise without undersides on a table that turns, a holder on a tilt, and a program of straight moves and arcs with the tip's control and without.
+fn random_open_scene(random: &mut Pcg64, moves: usize) -> Scene {
+    let mut number = |far: f64| random.random_range(-far..far);
+    let [of_tilt, x, y, turned] = [number(60.0), number(20.0), number(20.0), number(30.0)];
+    let length = 45.0 + number(15.0);
+    let jaw = |y: f64| {
+        format!(
+            "{{ shape = {{ kind = \"rounded-box\", size_mm = [120, 25, 45], fillet_mm = 0 }}, at = {{ xyz_mm = [0, {y}, 2.5] }} }}"
+        )
+    };
+    let jaws = format!("shape = {{ kind = \"compound\", parts = [{}, {}] }}", jaw(-37.5), jaw(37.5));
+    let scene = |jaws: &str| {
+        format!(
+            r#"
+title = "An open vise"
+[[machine.links]]
+name = "x"
+joint = {{ axis = "X", direction = [1, 0, 0] }}
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = {{ axis = "Y", direction = [0, 1, 0] }}
+[[machine.links]]
+name = "z"
+parent = "y"
+joint = {{ axis = "Z", direction = [0, 0, 1] }}
+[[machine.links]]
+name = "tilt"
+parent = "z"
+joint = {{ axis = "B", direction = [0, 1, 0], point_mm = [0, 0, {of_tilt:.2}] }}
+[[machine.links]]
+name = "table"
+at = {{ xyz_mm = [0, 0, 0], rpy_deg = [0, 0, {turned:.1}] }}
+joint = {{ axis = "C", direction = [0, 0, 1], point_mm = [{x:.2}, {y:.2}, 0] }}
+[[parts]]
+name = "jaws"
+role = "fixture"
+link = "table"
+{jaws}
+[[parts]]
+name = "holder"
+role = "holder"
+link = "tilt"
+tessellation = {{ density = 0.2 }}
+shape = {{ kind = "cylinder", radius_mm = 5, height_mm = {length:.2} }}
+[program]
+file = "own.ngc"
+start = {{ z_mm = 100 }}
+tools = [{{ number = 1, offset = {{ z_mm = {length:.2} }} }}]
+tool = 1
+[program.tool_centre_point]
+tool_link = "tilt"
+work_link = "table"
+gauge_mm = [0, 0, {length:.2}]
+"#
+        )
+    };
+    let (mut program, mut is_led) = ("G17 G90 F1000\n".to_owned(), false);
+    for _ in 0..moves {
+        match random.random_range(0..10) {
+            0 | 1 => {
+                program += if is_led { "G49\n" } else { "G43.4 H1\n" };
+                is_led = !is_led;
+            }
+            2..5 => {
+                let [i, j] = [random.random_range(-6.0..6.0), random.random_range(1.0..6.0)];
+                writeln!(program, "G2 I{i:.3} J{j:.3}").unwrap();
+            }
+            _ => {
+                program += "G1";
+                for (axis, low, high) in
+                    [("X", -50.0, 50.0), ("Y", -12.0, 12.0), ("Z", 0.0, 60.0), ("B", -15.0, 15.0), ("C", -25.0, 25.0)]
+                {
+                    if axis == "X" || random.random::<f64>() < 0.5 {
+                        write!(program, " {axis}{:.3}", random.random_range(low..high)).unwrap();
+                    }
+                }
+                program += "\n";
+            }
+        }
+    }
+    program += "M2\n";
+    let whole = load(&scene(&jaws), &program).parts[0].mesh.triangles();
+    let is_below = |triangle: &Triangle| triangle.corners.iter().all(|p| p.z < -19.9);
+    let open: Vec<Triangle> = whole.into_iter().filter(|triangle| !is_below(triangle)).collect();
+    load_with(&scene("mesh = \"part.stl\""), &program, &open)
+}
+
+#[test]
+fn open_meshes_with_arcs_and_the_tips_control_are_certified_as_they_are_checked() {
+    let mut verdicts: BTreeMap<&str, usize> = BTreeMap::new();
+    for seed in 1..=40 {
+        let scene = random_open_scene(&mut Pcg64::seed_from_u64(seed), 16);
+        assert!(!scene.parts[0].mesh.edge_report().is_watertight());
+        let certificate = certified(&scene);
+        accepted(&certificate, &format!("seed {seed}"));
+        certificate.blocks.values().for_each(|verdict| *verdicts.entry(verdict.name()).or_default() += 1);
+    }
+    println!("{verdicts:?}");
+    assert!(verdicts["free"] > 40, "{verdicts:?}");
+}
+
+#[test]
+fn open_jaws_are_passed_between_behind_an_arc() {
+    // From above them down between them, a full circle there, or the tip's control, and on: all of it is known to be outside.
+    let scene = r#"
+title = "An open channel"
+[[machine.links]]
+name = "x"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "y"
+parent = "x"
+joint = { axis = "Y", direction = [0, 1, 0] }
+[[machine.links]]
+name = "z"
+parent = "y"
+joint = { axis = "Z", direction = [0, 0, 1] }
+[[parts]]
+name = "jaws"
+role = "fixture"
+JAWS
+[[parts]]
+name = "holder"
+role = "holder"
+link = "z"
+shape = { kind = "rounded-box", size_mm = [6, 6, 60], fillet_mm = 0 }
+[program]
+file = "own.ngc"
+start = { z_mm = 100 }
+tools = [{ number = 1, offset = { z_mm = 30 } }]
+tool = 1
+tool_centre_point = { tool_link = "z" }
+"#;
+    let jaw = r#"shape = { kind = "rounded-box", size_mm = [120, 25, 45], fillet_mm = 0 }"#;
+    let jaws = [-37.5, 37.5].map(|y| format!("{{ {jaw}, at = {{ xyz_mm = [0, {y}, 0] }} }}")).join(", ");
+    let drawn = load(&scene.replace("JAWS", &format!("shape = {{ kind = \"compound\", parts = [{jaws}] }}")), "M2");
+    let is_below = |triangle: &Triangle| triangle.corners.iter().all(|p| p.z < -22.0);
+    let open: Vec<Triangle> =
+        drawn.parts[0].mesh.triangles().into_iter().filter(|triangle| !is_below(triangle)).collect();
+    for middle in ["G2 I5", "G43.4 H1", "G43.4 H1\nG2 I5\nG49"] {
+        let program = format!("G0 X0 Y0\nG0 Z25\nF500\n{middle}\nG1 Y4\nM2");
+        let certificate = certified(&load_with(&scene.replace("JAWS", "mesh = \"part.stl\""), &program, &open));
+        assert!(
+            certificate.blocks.values().all(|&verdict| verdict == Verdict::Free),
+            "{middle}: {:?}",
+            certificate.doubts
+        );
+        accepted(&certificate, middle);
     }
 }
 

@@ -10,7 +10,7 @@
 
 use super::boxes::{Bounds, BoxTree, Mover};
 use super::{PairOracle, Posed};
-use crate::geometry::grid::Placement;
+use crate::geometry::grid::{Placement, STEP_MM};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, exact};
 use std::sync::{Arc, OnceLock};
 
@@ -24,18 +24,21 @@ pub struct Solid {
     representatives: Vec<Point>,
     /// The tree over the mesh, stray components turned round; `None` when the mesh is not watertight, and therefore contains nothing.
     inside: OnceLock<Option<BoxTree>>,
+    /// Whether a component has no volume.
+    is_flat: OnceLock<bool>,
 }
 
 impl Solid {
     /// Prepares a mesh.
     pub fn new(mesh: Arc<Mesh>) -> Self {
         let bounds = Bounds::around(mesh.vertices().iter().copied());
-        Self { bounds, representatives: representatives(&mesh), inside: OnceLock::new(), mesh }
+        let representatives = representatives(&mesh);
+        Self { bounds, representatives, inside: OnceLock::new(), is_flat: OnceLock::new(), mesh }
     }
 
     /// Whether a component of either solid lies inside the other when `b` is placed in the frame of `a`. Their surfaces must not touch
     /// there. Exact, like [`super::Verdict::contained`]; `of_open` is the answer about a component within the bounds of a mesh that is not
-    /// watertight.
+    /// watertight, and true also where a component of that mesh has no volume.
     pub fn one_in_the_other(a: &Self, b: &Self, a_from_b: &Isometry, of_open: bool) -> bool {
         let mover = Mover::new(a_from_b, &b.bounds);
         let moved = mover.bounds(&b.bounds);
@@ -45,10 +48,10 @@ impl Solid {
         let placement = Placement::new(a_from_b);
         a.representatives.iter().filter(|point| moved.contains(point)).any(|point| {
             let in_b = |b: &BoxTree| is_inside(point, b, |bounds| mover.bounds(bounds), |t| placement.triangle(t));
-            b.tree().map_or(of_open, in_b)
+            b.tree().map_or(of_open, in_b) || of_open && b.is_flat()
         }) || b.representatives.iter().map(|point| placement.point(point)).any(|point| {
             let in_a = |a: &BoxTree| is_inside(&point, a, |bounds| *bounds, |triangle| *triangle);
-            a.bounds.contains(&point) && a.tree().map_or(of_open, in_a)
+            a.bounds.contains(&point) && (a.tree().map_or(of_open, in_a) || of_open && a.is_flat())
         })
     }
 
@@ -62,6 +65,23 @@ impl Solid {
     /// Whether the mesh encloses a space; a mesh that does not contains nothing.
     pub fn is_watertight(&self) -> bool {
         self.mesh.edge_report().is_watertight()
+    }
+
+    /// Whether a component has no volume, exactly: rays do not see a body that is there both ways round. The certificate checker asks the same.
+    fn is_flat(&self) -> bool {
+        // Components that a compound shape draws apart may share vertices.
+        let of = |mesh: Mesh| {
+            let (component_of, components) = mesh.components();
+            let mut volumes = vec![0_i128; components];
+            for (triangle, &component) in mesh.triangles().iter().zip(&component_of) {
+                let [a, b, c] = triangle.corners.map(|p| [p.x, p.y, p.z].map(|x| (x / STEP_MM) as i128));
+                let part = |i: usize, j: usize, k: usize| a[i] * (b[j] * c[k] - b[k] * c[j]);
+                let six = part(0, 1, 2) + part(1, 2, 0) + part(2, 0, 1);
+                volumes[component as usize] = volumes[component as usize].wrapping_add(six);
+            }
+            volumes.contains(&0)
+        };
+        *self.is_flat.get_or_init(|| Mesh::from_triangles(&self.mesh.triangles()).is_ok_and(of))
     }
 
     fn tree(&self) -> Option<&BoxTree> {
@@ -306,6 +326,32 @@ mod tests {
         let small = solids::block(2.0, 2.0, 2.0);
         assert!(contained(&two, &small, [0.0; 3]) && contained(&two, &small, [8.0, 8.0, 0.0]));
         assert!(!contained(&two, &small, [8.0, 0.0, 0.0]) && !contained(&two, &small, [0.0, 8.0, 0.0]));
+    }
+
+    #[test]
+    fn what_is_within_a_mesh_with_a_component_of_no_volume_may_be_taken_for_inside() {
+        let (large, small) = (solids::block(8.0, 8.0, 8.0), solids::block(2.0, 2.0, 2.0));
+        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(|[y, z]| Point::new(0.0, y, z));
+        // A square from both sides, each divided along another diagonal.
+        let sheet = [[0, 1, 2], [0, 2, 3], [3, 2, 1], [1, 0, 3]]
+            .map(|[i, j, k]| Triangle::new(corners[i], corners[j], corners[k]));
+        let with_sheet = both(&large, &sheet, 20.0);
+        // The same body both ways round.
+        let twice = both(&large, &turned(&large), 0.0);
+        for (mesh, x, is_within) in [
+            (&with_sheet, 10.0, true),
+            (&with_sheet, 30.0, false),
+            (&both(&large, &large.triangles(), 20.0), 10.0, false),
+            (&twice, 0.0, true),
+            (&twice, 10.0, false),
+        ] {
+            assert!(mesh.edge_report().is_watertight());
+            let [mesh, small] = [mesh, &small].map(|mesh| Solid::new(Arc::new(mesh.clone())));
+            let pose = Isometry::translation(x, 0.0, 0.0);
+            assert_eq!(Solid::one_in_the_other(&mesh, &small, &pose, true), is_within, "{x}");
+            assert_eq!(Solid::one_in_the_other(&small, &mesh, &pose.inverse(), true), is_within, "{x}");
+            assert!(!Solid::one_in_the_other(&mesh, &small, &pose, false), "{x}");
+        }
     }
 
     #[test]

@@ -84,8 +84,8 @@ struct Current {
     stretch: Option<(Pose, bool)>,
 }
 
-/// Elementary steps that are left: a line; a box or a triangle beside a plane or an edge; a link or a move that is looked at. To place a link is [`LINK`] of them,
-/// to take up a plane two, and two more for each way of a motion.
+/// Elementary steps that are left: a line; a box or a triangle beside a plane; a box beside a ray; a link or a move that is looked at. To place a link is [`LINK`] of them,
+/// a triangle beside a ray ten more, to take up a plane two, and two more for each way of a motion.
 #[derive(Default)]
 struct Work(Cell<u64>);
 
@@ -184,14 +184,14 @@ impl Checker {
     /// Checks what was stated, when the first pair begins.
     fn begin_proof(&mut self) -> Checked {
         let Stated { machine, parts, .. } = &mut self.stated;
-        for part in parts {
+        for part in &mut *parts {
             part.mesh.finish(&self.work).map_err(|why| format!("{}: {why}", part.name))?;
         }
-        if machine.steps.is_empty() || !self.work.take(LINK * machine.steps.len() * machine.links.len()) {
+        if machine.steps.is_empty() {
             return Err("there is no path".to_owned());
         }
         self.report.blocks = machine.steps.iter().map(|step| (step.line, "free")).collect();
-        machine.finish()
+        machine.finish(parts, &self.work)
     }
 
     fn pair(&mut self, words: &mut Words<'_>) -> Checked {
@@ -275,11 +275,7 @@ impl Checker {
             return Err("no such interval of the path".to_owned());
         }
         let steps = step as usize..to.ceil() as usize;
-        work.take(LINK * machine.links.len() + steps.len());
-        // A jump that is small for the axes need not be small for the parts.
-        if from == step && !machine.continues(steps.start) {
-            current.finish_stretch(parts, work)?;
-        }
+        work.take(steps.len());
         let mut verdict = "free";
         match keyword {
             "open" => {
@@ -294,7 +290,7 @@ impl Checker {
                     return Err("no first contact can be there, nor with what is left of the workpiece".to_owned());
                 }
                 let places = [[from - step, place - step], [place - step; 2]];
-                let [before, there] = places.map(|places| machine.sweep(steps.start, places, pair));
+                let [before, there] = places.map(|places| machine.sweep(steps.start, places, pair, work));
                 let (before, there) = before.zip(there).ok_or("the way cannot be bounded")?;
                 if 2.0 * before.bound().hi > way {
                     return Err(format!("the way is not within {way} mm"));
@@ -307,8 +303,8 @@ impl Checker {
                 verdict = "collision";
             }
             _ => {
-                let found =
-                    machine.sweep(steps.start, [from - step, to - step], pair).ok_or("the way cannot be bounded")?;
+                let found = machine.sweep(steps.start, [from - step, to - step], pair, work);
+                let found = found.ok_or("the way cannot be bounded")?;
                 let bound = words.number()?;
                 if found.bound().hi > bound {
                     return Err(format!("points may go farther than {bound} mm"));

@@ -1,8 +1,8 @@
 //! Links, the path, and how far parts can be from their places at the middle of an interval of it.
 
-use crate::Part;
 use crate::interval::{I, ONE, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::ROTARY;
+use crate::{LINK, Part, Work};
 use std::array::from_fn;
 
 /// A joint; directions are of length 1.
@@ -84,10 +84,9 @@ pub struct Machine {
     boxes: Vec<Option<Axes>>,
 }
 
-/// Greatest distance between the end of a step and the beginning of the next one: rounding of arcs and of the tip. Where an axis of mm turns joints,
-/// the smaller one, which is then of a degree.
+/// Farthest that parts may be from their places midway between the end of a step and the beginning of the next one, mm: rounding of arcs and of the tip.
+/// Four times that is within [`crate::MARGIN_MM`], so two parts that are parted at both do not meet between them.
 const JUMP_MM: f64 = 1e-7;
-const JUMP_RAD: f64 = 1e-10;
 
 impl Sweep {
     /// Ways and ellipsoid together, each vector measured by `length`.
@@ -114,27 +113,29 @@ impl Region {
 }
 
 impl Machine {
-    /// Finds the range of every step, and refuses a path that jumps.
-    pub fn finish(&mut self) -> Result<(), String> {
-        for index in (1..self.steps.len()).filter(|&index| !self.continues(index)) {
-            let (one, next) = (&self.steps[index - 1], &self.steps[index]);
+    /// Finds the range of every step, and refuses a path on which a part jumps.
+    pub fn finish(&mut self, parts: &[Part], work: &Work) -> Result<(), String> {
+        for (index, pair) in (1..).zip(self.steps.windows(2)) {
+            let (one, next) = (&pair[0], &pair[1]);
+            if one.to == next.from && one.tip == next.tip && one.arc.is_none() {
+                continue;
+            }
             // An interval whose end has no place is not bounded, so nothing is proved there.
-            let ends = self.within(one, [1.0; 2]).zip(self.within(next, [0.0; 2]));
+            let ends = self.within(one, [1.0; 2], work).zip(self.within(next, [0.0; 2], work));
             let Some((end, begin)) = ends else { continue };
-            let most = |axis| if self.turns(axis) { JUMP_RAD } else { JUMP_MM };
-            if (0..9).any(|axis| (end.mid[axis] - begin.mid[axis]).most() > most(axis)) {
+            let jump = self.around(&from_fn(|axis| end.mid[axis].hull(begin.mid[axis])), work);
+            let stays = |part: &Part| {
+                let (chain, pose) = (self.chain(part.link, 0), jump.poses[part.link].after(&part.pose));
+                let [.., reach] = self.turned(&chain, &pose.point(&part.mesh.centre), part.mesh.radius, &jump);
+                work.take(part.link + 5 * chain.len()) && (reach - part.mesh.radius).hi <= JUMP_MM
+            };
+            if !parts.iter().all(stays) {
                 return Err(format!("the path jumps at move {index}, of line {}", next.line));
             }
         }
         let range = |region: Region| from_fn(|axis| region.mid[axis] + region.half(axis).both_ways());
-        self.boxes = self.steps.iter().map(|step| self.within(step, [0.0, 1.0]).map(range)).collect();
+        self.boxes = self.steps.iter().map(|step| self.within(step, [0.0, 1.0], work).map(range)).collect();
         Ok(())
-    }
-
-    /// Whether a step begins exactly where the one before ends: by the same numbers, with the same tip, and not at the end of an arc.
-    pub fn continues(&self, step: usize) -> bool {
-        let Some([one, next]) = self.steps[..=step].last_chunk() else { return true };
-        one.to == next.from && one.tip == next.tip && one.arc.is_none()
     }
 
     /// The joints between a link and the nearest link that carries it and the other one, from the link on.
@@ -179,7 +180,9 @@ impl Machine {
     }
 
     /// Where the axes may be between two fractions of a step.
-    fn within(&self, step: &Step, [from, to]: [f64; 2]) -> Option<Region> {
+    fn within(&self, step: &Step, [from, to]: [f64; 2], work: &Work) -> Option<Region> {
+        // To follow the tip the links are placed three times.
+        work.take(LINK * self.links.len() * if step.tip.is_some() { 3 } else { 1 }).then_some(())?;
         let half = I::of(0.5);
         let (middle, part) = ((I::of(from) + I::of(to)) * half, (I::of(to) - I::of(from)) * half);
         let change: Axes = from_fn(|i| I::of(step.to[i]) - I::of(step.from[i]));
@@ -246,7 +249,7 @@ impl Machine {
         }
         region.poses = self.poses(&region.mid);
         // The slides are at rest in this region.
-        let [turned, angle] = self.turned(&chain, &region.poses[*tool].point(&point), ZERO, &region);
+        let [turned, angle, _] = self.turned(&chain, &region.poses[*tool].point(&point), ZERO, &region);
         let off = defect(&slides);
         let least = (ONE - off).sqrt() - I::of(3.0).sqrt() * angle;
         // Where the singular values are above 0.2, the volume is above 0.2³: so each end of an interval that is bounded has a place.
@@ -272,8 +275,8 @@ impl Machine {
         slides
     }
 
-    /// Greatest distance by which the turning joints of a chain move a point of a ball in the world, and the sum of their angles.
-    fn turned(&self, chain: &[usize], centre: &V, radius: I, region: &Region) -> [I; 2] {
+    /// Greatest distance by which the turning joints of a chain move a point of a ball in the world, and the sum of their angles; the radius, and the way by all joints.
+    fn turned(&self, chain: &[usize], centre: &V, radius: I, region: &Region) -> [I; 3] {
         let (mut turned, mut angle, mut reach) = (ZERO, ZERO, radius);
         for &link in chain {
             let Some(Joint { axis, turns, direction, gain }) = &self.links[link].joint else { continue };
@@ -285,19 +288,25 @@ impl Machine {
             }
             reach = reach + way;
         }
-        [turned, angle]
+        [turned, angle, reach]
+    }
+
+    /// All positions of the axes within these ranges.
+    fn around(&self, all: &Axes, work: &Work) -> Region {
+        work.take(LINK * self.links.len());
+        let mid = all.map(|range| I::of(0.5 * (range.lo + range.hi)));
+        let wide = from_fn(|i| I::of((all[i] - mid[i]).most()));
+        Region { wide, poses: self.poses(&mid), ..Region::default() }
     }
 
     /// All relative motions of two parts between two fractions of a step, or over whole steps from it on; `None` where nothing bounds them.
-    pub fn sweep(&self, step: usize, [from, to]: [f64; 2], pair: [&Part; 2]) -> Option<Sweep> {
+    pub fn sweep(&self, step: usize, [from, to]: [f64; 2], pair: [&Part; 2], work: &Work) -> Option<Sweep> {
         if to <= 1.0 {
-            return Some(self.swept(&self.within(&self.steps[step], [from, to])?, pair));
+            return Some(self.swept(&self.within(&self.steps[step], [from, to], work)?, pair));
         }
         let boxes = self.boxes[step..step + to as usize].iter().copied();
         let all = boxes.reduce(|all, one| all.zip(one).map(|(all, one)| from_fn(|i| all[i].hull(one[i]))))??;
-        let mid = all.map(|range| I::of(0.5 * (range.lo + range.hi)));
-        let wide = from_fn(|i| I::of((all[i] - mid[i]).most()));
-        Some(self.swept(&Region { wide, poses: self.poses(&mid), ..Region::default() }, pair))
+        Some(self.swept(&self.around(&all, work), pair))
     }
 
     fn swept(&self, region: &Region, [a, b]: [&Part; 2]) -> Sweep {
@@ -305,7 +314,8 @@ impl Machine {
         let (mut radius, mut turn) = (ZERO, ZERO);
         for (part, other) in [(a, b), (b, a)] {
             let chain = self.chain(part.link, other.link);
-            let [turned, angle] = self.turned(&chain, &pose(part).point(&part.mesh.centre), part.mesh.radius, region);
+            let [turned, angle, _] =
+                self.turned(&chain, &pose(part).point(&part.mesh.centre), part.mesh.radius, region);
             (radius, turn) = (radius + turned, turn + angle);
         }
         let a_from_b = pose(a).inverse().after(&pose(b));

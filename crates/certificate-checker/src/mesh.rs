@@ -186,7 +186,7 @@ impl Mesh {
         match node.halves() {
             Some([one, other]) => Some(self.leavings(one, edge, work)? + self.leavings(other, edge, work)?),
             None if self.weights[node.low] == 0 => Some(0),
-            None => Some(self.weights[node.low] * crossing(edge, &self.triangle(node.low)?)?),
+            None => work.take(10).then_some(self.weights[node.low] * crossing(edge, &self.triangle(node.low)?)?),
         }
     }
 

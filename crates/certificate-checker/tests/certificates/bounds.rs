@@ -302,31 +302,44 @@ fn what_has_no_rotation_or_direction_is_anywhere() {
 
 #[test]
 fn a_jump_is_refused() {
-    let jump = |links: &str, first: &str, x: f64, y: f64| {
+    // At the end of an arc a part is midway `by` mm, or radians, from where the arc and the next move have it. `b` is on its last link, 100 mm from the origin.
+    let jump = |links: &str, first: &str, by: f64| {
         let moves = format!(
-            "point 0 1 {first} 10\nfeed 1 1 {first} {x} B {y} Y {y} arc {first} {} 0 0 {FRAC_PI_2}",
+            "point 0 1 {first} 10\nfeed 1 1 {first} {} B 10 Y 10 arc {first} {} 0 0 {FRAC_PI_2}",
+            2.0 * by,
             if first == "A" { "B" } else { "Y" }
         );
         let text = written(&format!(
             "{links}\n{}{}{moves}\nfeed 2 1 X 3\npair a b rigid\n",
-            cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0),
-            cube("b - fixture - 1 0 0 0 0 0 0", [9.0; 3], 1.0)
+            cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], HALF),
+            cube("b last fixture - 1 0 0 0 0 0 0", [0.0, 100.0, 0.0], HALF)
         ));
         let answer = check(&text, None, None, MOST_WORK);
         answer.is_err_and(|refusal| refusal.why.contains("the path jumps at move 2, of line 2"))
     };
-    // Less where an axis of mm turns something.
-    let turned = format!("{SLIDES}\nturn t - 1 0 0 0 0 0 0 X 0 0 1 0 0 0");
-    for (links, axis, most) in [(SLIDES, "X", 1e-7), (SLIDES, "A", 1e-10), (&turned, "X", 1e-10)] {
+    let (slide, turn) = (SLIDES.replace("slide z", "slide last"), "turn last - 1 0 0 0 0 0 0");
+    let twice = slide.replace("Z 0 0 1", "X 0 0 1");
+    let [turned, of_mm] = ["A 0 0 1 0 0 0", "X 0 0 1 0 0 0"].map(|joint| format!("{turn} {joint}"));
+    let carried = format!("{}\nslide last t 1 0 0 0 0 0 0 Z 0 0 1", turned.replace("last", "t"));
+    // As far as the farthest point goes. Where all joints of an axis stand still, it may jump.
+    let arm = 100.0 + RADIUS;
+    for (links, axis, most) in [
+        (&slide, "X", 1e-7),
+        (&twice, "X", 0.5e-7),
+        (&slide, "A", f64::INFINITY),
+        (&turned, "A", 1e-7 / arm),
+        (&carried, "A", 1e-7 / arm),
+        (&of_mm, "X", 1e-7 / arm.to_radians()),
+    ] {
         for sign in [1.0, -1.0] {
-            assert!(!jump(links, axis, 0.9 * sign * most, 10.0), "{links}, {axis}");
-            assert!(jump(links, axis, 1.1 * sign * most, 10.0), "{links}, {axis}");
+            assert!(!jump(links, axis, 0.95 * sign * most.min(1.0)), "{links}, {axis}");
+            assert_eq!(jump(links, axis, 1.05 * sign * most.min(1.0)), most.is_finite(), "{links}, {axis}");
         }
     }
     // A point elsewhere, and a tip that is followed from a move on while the table is turned.
     let tip = table(SLIDES);
     for (links, move_1) in [(SLIDES, "point 1 1 X 11"), (&tip, "feed 1 1 X 11 tip 2")] {
-        let a = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+        let a = cube("a z fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
         let turned = if links == SLIDES { "" } else { " C 0.5" };
         let text = format!("{links}\n{a}point 0 1 X 10{turned}\n{move_1}\npair a b rigid\n");
         let refusal = check(&written(&text), None, None, MOST_WORK).unwrap_err();
@@ -336,7 +349,7 @@ fn a_jump_is_refused() {
     let quill = "slide x - 1 0 0 0 0 0 0 X 1 0 0\nslide y x 1 0 0 0 0 0 0 Y 0 1 0\nturn b y 1 0 0 0 0 0 0 B 0 1 0 0 0 0\nslide q b 1 0 0 0 0 0 0 Z 0 0 1\ntip q - 0 0 0 0 0 -1";
     for (end, is_bounded) in [(42.0_f64, true), (43.3, true), (44.0, false), (60.0, false)] {
         let moves = format!("point 0 1 B 0.658 tip 100\nfeed 1 1 B {} tip 100\nfeed 2 1 X 1", end.to_radians());
-        let a = cube("a - fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
+        let a = cube("a q fixture - 1 0 0 0 0 0 0", [0.0; 3], 1.0);
         let refusal =
             check(&written(&format!("{quill}\n{a}{moves}\npair a b rigid\n")), None, None, MOST_WORK).unwrap_err();
         assert!(refusal.why.contains("the path jumps at move 2, of line 2"), "{end}: {}", refusal.why);

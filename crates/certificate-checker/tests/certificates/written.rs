@@ -372,21 +372,44 @@ fn a_part_inside_the_other_is_not_free() {
 }
 
 #[test]
-fn a_small_jump_on_a_long_lever_ends_the_stretch() {
+fn a_small_jump_on_a_long_lever_is_refused() {
     // A cube of 0.02 mm that turns about a line 1 km away comes along X to 0.05 mm beside `a`; the arc ends 0.9e-10 rad, or 0.09 mm, beside the next move.
     let a = cube(&format!("a - fixture - {PLAIN}"), [-10.0, 0.0, 0.0], 10.0);
     let b = cube(&format!("b t holder - {PLAIN}"), [0.05, 0.0, 0.0], 0.01);
     let moves = "point 0 1 A -1e-9\nfeed 1 1 A 0.9e-10 B 1e-9 arc A B 0 0 -1.5707963267948966\npoint 2 1\n";
-    let text = |arc: &str, last: &str| {
+    let text = |arc: &str| {
         let moves = moves.replace("A 0.9e-10", arc);
-        let free = "free 1.5 1 p 16777216 0 0 1\nsame 2 1\n";
-        written(&format!(
-            "turn t - {PLAIN} A 0 0 1 0 -1000000000 0\n{a}{b}{moves}pair a b examined\nopen 1 0\n{free}{last}"
-        ))
+        let free = "free 1.5 1 p 16777216 0 0 1\nsame 2 1\nsame 3 1";
+        written(&format!("turn t - {PLAIN} A 0 0 1 0 -1000000000 0\n{a}{b}{moves}pair a b examined\nopen 1 0\n{free}"))
     };
-    let inside = format!("free 3 1 {}\n", leaves(12, &mut from_inside([-10.0, 0.0, 0.0], 10.0).into_iter()));
-    accepted(&text("A 0", "same 3 1"));
-    refused_at(&text("A 0.9e-10", &inside), "end", "before this line one part may be inside the other");
+    accepted(&text("A 0"));
+    refused_at(&text("A 0.9e-10"), "pair a b", "the path jumps at move 2, of line 2");
+}
+
+/// A holder that comes from above and feeds down between two open cubes, then makes a move more, and one of 1 mm up.
+fn between_open_cubes(more: &str, intervals: &str) -> String {
+    let slides = format!("slide x - {PLAIN} X 1 0 0\nslide y x {PLAIN} Y 0 1 0\nslide z y {PLAIN} Z 0 0 1\n");
+    let open = |first: usize| faces(first, false).split_inclusive('\n').skip(1).collect::<String>();
+    let cubes = corners([-20.0, 0.0, 0.0], 9.0) + &corners([20.0, 0.0, 0.0], 9.0) + &open(0) + &open(8);
+    let b = cube(&format!("b z holder - {PLAIN}"), [0.0; 3], 2.0);
+    written(&format!(
+        "{slides}tip z - 0 0 0 0 0 -1\npart a - fixture - {PLAIN}\n{cubes}{b}point 0 1 Z 40\nfeed 1 1 Z 0\n{more}\nfeed 3 1 Z 1\npair a b examined\n{intervals}"
+    ))
+}
+
+#[test]
+fn a_stretch_goes_on_behind_an_arc_and_where_the_tip_begins_to_be_followed() {
+    // The holder is above both cubes at first; beside them it is within their box, and a plane parts it from each.
+    let above = "free 1 0.000001 p 0 0 16777216 159383552";
+    let beside = "free 2 20.000001 a p 16777216 0 0 -167772160 p -16777216 0 0 -167772160";
+    let inside = "before this line one part may be inside the other";
+    for more in ["feed 2 1", "feed 2 1 arc X Z 1 0 -6.283185307179586", "feed 2 1 tip 0", "feed 2 1 X 1 tip 0"] {
+        accepted(&between_open_cubes(more, &format!("{above}\n{beside}\nsame 3 5\nsame 4 5")));
+        accepted(&between_open_cubes(more, &format!("{above}\n{beside}\nsame 4 20")));
+        // What was above is not known of what follows on an open interval.
+        let open = format!("{above}\nopen 2 0\n{}\nsame 4 5", beside.replace("free 2 20.000001", "free 3 5"));
+        refused_at(&between_open_cubes(more, &open), "end", inside);
+    }
 }
 
 #[test]
@@ -624,7 +647,7 @@ fn what_takes_too_many_steps_to_check_is_refused() {
 
 #[test]
 fn links_and_ways_are_counted() {
-    // A hundred links, which each of a hundred steps and each interval places.
+    // A hundred links, which each of a hundred steps and each interval that is proved places.
     let links: String = (0..100).map(|i| format!("link l{i} - {PLAIN}\n")).collect();
     let steps = "point 0 1\n".repeat(100);
     let work = accepted(&written(&format!("{links}{steps}"))).work;
@@ -632,9 +655,26 @@ fn links_and_ways_are_counted() {
     let cubes =
         cube(&format!("a - fixture - {PLAIN}"), [0.0; 3], 1.0) + &cube(&format!("b s holder - {PLAIN}"), [9.0; 3], 1.0);
     let parts = format!("{links}slide s - {PLAIN} X 1 0 0\n{cubes}{steps}pair a b examined\n");
-    let open: String = (1..=100).map(|to| format!("open {to} 0\n")).collect();
-    let [few, many] = ["open 100 0\n", &open].map(|open| accepted(&written(&format!("{parts}{open}"))).work);
-    assert!(many > few + 30 * 99 * 100, "{many}, {few}");
+    let free = "free 1 0.000001 p 0 0 16777216 33554432\n";
+    let same: String = (2..=100).map(|to| format!("same {to} 0.000001\n")).collect();
+    let [few, many] =
+        ["same 100 0.000001\n", &same].map(|same| accepted(&written(&format!("{parts}{free}{same}"))).work);
+    assert!(many > few + 30 * 98 * 100, "{many}, {few}");
+    // So do both ends and the middle of a jump; and three times each step and each interval on which the tip is followed.
+    let slides = format!(
+        "slide x - {PLAIN} X 1 0 0\nslide y x {PLAIN} Y 0 1 0\nslide z y {PLAIN} Z 0 0 1\ntip z - 0 0 0 0 0 -1\n"
+    );
+    let of = |second: &str, intervals: &str| {
+        let moves = format!("point 0 1\npoint 1 1\n{second}\n");
+        let parts = format!("{links}{slides}slide s - {PLAIN} X 1 0 0\n{cubes}{moves}pair a b examined\n");
+        accepted(&written(&format!("{parts}{intervals}"))).work
+    };
+    let all_free = format!("{free}same 2 0.000001\nsame 3 0.000001");
+    let plain = of("point 2 1", "open 3 0");
+    assert!(of("point 2 1 X 1e-9", "open 3 0") > plain + 3 * 30 * 100);
+    // Where the tip begins to be followed is a jump as well.
+    assert!(of("point 2 1 tip 0", "open 3 0") > plain + (2 + 3 + 2) * 30 * 100);
+    assert!(of("point 2 1 tip 0", &all_free) > of("point 2 1", &all_free) + (2 + 2 + 3 + 2) * 30 * 100);
     // So does each pair, from either part up to where the two ways meet: behind two slides, and behind one.
     let chain = format!(
         "{links}slide s - {PLAIN} X 1 0 0\nslide t s {PLAIN} Y 0 1 0\nlink u l99 {PLAIN}\nslide w u {PLAIN} Z 0 0 1\n"
@@ -702,4 +742,20 @@ fn rays_are_counted() {
     // Without the stretches, which have a hundred rays each.
     let without = accepted(&text("open 199 0", 199)).work;
     assert!(work > without + 99 * 100, "{work}, {without}");
+}
+
+#[test]
+fn faces_beside_rays_are_counted() {
+    // Between two closed cubes, or above them: between them, each stretch has a ray through the four faces across it.
+    let a = corners([-20.0, 0.0, 0.0], 9.0) + &corners([20.0, 0.0, 0.0], 9.0) + &faces(0, false) + &faces(8, false);
+    let front = "a p 16777216 0 0 -167772160 p -16777216 0 0 -167772160";
+    let stretches: String = (1..100).map(|i| format!("free {} 1 {front}\nopen {} 0\n", 2 * i, 2 * i + 1)).collect();
+    let work = |z: f64| {
+        let b = cube(&format!("b s holder - {PLAIN}"), [0.0, 0.0, z], 2.0);
+        let moves = "point 0 1\n".repeat(199);
+        let parts = format!("slide s - {PLAIN} X 1 0 0\npart a - fixture - {PLAIN}\n{a}{b}{moves}");
+        accepted(&written(&format!("{parts}pair a b examined\nopen 1 0\n{stretches}"))).work
+    };
+    let [between, above] = [0.0, 40.0].map(work);
+    assert!(between > above + 99 * 4 * 10, "{between}, {above}");
 }
