@@ -114,7 +114,8 @@ fn switched() -> Setup {
 fn axes_after(source: &str, setup: &Setup) -> [f64; 3] {
     let program = run(source, setup);
     let last = program.moves.last().expect("the program moves");
-    let axes = last.tip_mm.map_or(last.end, |length| TiltingTable.axes(&last.end, length).unwrap());
+    let axes =
+        last.tip_mm.map_or(last.end, |length| TiltingTable.axes(&last.end, length).expect("the table reaches all"));
     [Axis::X, Axis::Y, Axis::Z].map(|axis| axes[axis])
 }
 
