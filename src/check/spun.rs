@@ -549,6 +549,18 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
+    fn a_line_passes_through_a_cylinder_between_its_ends() {
+        let (point, along) = (Point::new(3.0, 0.0, 2.0), Vector::new(-0.2, 0.0, 1.0));
+        // On the axis at z = 17; 1.8 mm from it at z = 8.
+        assert!(passes(&point, &along, 1.0, [10.0, 20.0]));
+        assert!(!passes(&point, &along, 1.0, [4.0, 8.0]));
+        assert!(passes(&point, &along, 2.0, [4.0, 8.0]));
+        // Across, and beside the axis along it.
+        assert!(passes(&point, &-Vector::x(), 1.0, [1.0, 3.0]) && !passes(&point, &-Vector::x(), 1.0, [3.0, 4.0]));
+        assert!(!passes(&point, &Vector::z(), 3.0, [0.0, 9.0]) && passes(&point, &Vector::z(), 3.1, [0.0, 9.0]));
+    }
+
+    #[test]
     fn what_turns_fills_its_rings() {
         let turned = Isometry::from_parts(
             Vector::new(7.0, -3.0, 20.0).into(),

@@ -664,4 +664,7 @@ fn an_insert_between_whose_feeds_the_chuck_turns_cuts_no_disc_for_sure() {
         let told = found(&[&insert, turns, &probe].concat(), program);
         assert_eq!((kinds(&told), told.driven), (vec![(10, kind)], driven), "{turns}");
     }
+    // What turns behind the last feed is no turn between feeds.
+    let told = found(&(insert + &probe), "T1 M6\nM3 S500\nG0 Z-30\nG1 X-28 F100\nG0 C90\nG0 X0\nM2");
+    assert!(told.driven.is_empty(), "{:?}", told.driven);
 }
