@@ -472,7 +472,7 @@ mod tests {
         let mut broken = *standard.variants().iter().find(|variant| variant.info.id == "obb-area-centroid").unwrap();
         broken.info = Info { id: "broken", safe: true, ..broken.info };
         let registry = standard.with(broken);
-        for exhaustive in [0, 2000] {
+        for exhaustive in [0, 6000] {
             let folder = tempfile::tempdir().unwrap();
             let plan = plan(&registry, &["obb-wide", "broken"]);
             let all = AgreementRun::open(plan.clone(), asked(exhaustive), folder.path())
