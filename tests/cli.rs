@@ -294,8 +294,8 @@ fn a_sweep_is_the_same_every_time_and_tells_its_names() {
 #[test]
 fn a_scene_of_ones_own_is_tried_without_the_paper() {
     let folder = Folder::with_scene();
-    let output =
-        folder.run(&["try", "scene", "--profile", "smoke", "--variant", "aabb", "--variant", "obb-vertex", "--quiet"]);
+    let command = ["try", "scene", "--profile", "smoke", "--variant", "aabb", "--variant", "obb-vertex", "--quiet"];
+    let output = folder.run(&command);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
     assert!(
@@ -318,6 +318,19 @@ fn a_scene_of_ones_own_is_tried_without_the_paper() {
         assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
     }
     assert_eq!((read(&run.join("report.md")), read(&run.join("claims.toml"))), (report, judged_by));
+    // A finished run is shown as it is, and made again where another program made it.
+    let manifest = read(&run.join("manifest.json"));
+    let made: serde_json::Value = serde_json::from_str(&manifest).unwrap();
+    let hash = made["program"]["hash"].as_str().unwrap();
+    for text in [manifest.clone(), manifest.replace(hash, "another")] {
+        let is_anothers = text != manifest;
+        folder.write("results/try-scene/manifest.json", &text);
+        let again = folder.run(&command);
+        assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+        let now: serde_json::Value = serde_json::from_str(&read(&run.join("manifest.json"))).unwrap();
+        assert_eq!(now["program"]["hash"], made["program"]["hash"]);
+        assert_eq!(now["rows"]["timings.csv"] != made["rows"]["timings.csv"], is_anothers);
+    }
 }
 
 /// Variants that promise nothing have none to be compared with, which is said before anything is measured.

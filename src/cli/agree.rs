@@ -21,7 +21,7 @@ const DEFAULT_VARIANTS: [&str; 2] = [ORIENTED.id, ALIGNED.id];
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench study agree                                           7 million posed pairs\n  bvbench study agree --poses 4000000 --rounds 48               a billion, resumable\n  bvbench study agree --poses 4000000 --rounds 48 --shard 2/8   an eighth of them\n  bvbench study agree --scene my-scene --variant ID --variant ID\n  bvbench study agree --replay results/agreement                the disagreements once more\n\nTo merge shards, put their `units` into one folder and give the command again without --shard.\n\nExit code 1 when an engine disagrees with a contact that another one found, or with the exact truth."
+    after_help = "Examples:\n  bvbench study agree                                           7 million posed pairs\n  bvbench study agree --poses 4000000 --rounds 48               a billion, resumable\n  bvbench study agree --poses 4000000 --rounds 48 --shard 2/8   an eighth of them\n  bvbench study agree --scene my-scene --variant ID --variant ID\n  bvbench study agree --replay results/agreement                the disagreements once more\n\nTo merge shards, put their `units` into one folder and give the command again without --shard. A folder takes rounds of one executable.\n\nExit code 1 when an engine disagrees with a contact that another one found, or with the exact truth."
 )]
 pub struct Options {
     /// Scene by name or by path; repeatable [default: all that are shipped]

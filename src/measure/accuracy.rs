@@ -62,7 +62,7 @@ const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Whether all cases are asked at a pose, of so many poses of a pair. Poses repeat a pattern of offsets, and a constant stride that has a
 /// divisor in common with its length meets some offsets only. Multiples of the golden ratio are spread evenly over every residue class
 /// (Weyl 1916, Mathematische Annalen 77; Knuth, The Art of Computer Programming, volume 3, section 6.4).
-fn is_asked(index: usize, poses: usize, asked_poses: usize) -> bool {
+pub(super) fn is_asked(index: usize, poses: usize, asked_poses: usize) -> bool {
     if asked_poses >= poses {
         return true;
     }

@@ -9,6 +9,7 @@
 //! round only.
 
 use super::Progress;
+use super::accuracy::is_asked;
 use super::folder::write_unit;
 use super::plan::{Case, Plan};
 use super::run::MeasureError;
@@ -42,7 +43,7 @@ const REQUEST_FILE: &str = "request.json";
 pub struct Asked {
     /// Posed pairs of each scene in a round, about.
     pub poses: usize,
-    /// How many of them the exact truth is asked about, at most.
+    /// How many of them the exact truth is asked about, spread evenly over the poses of each pair.
     pub exhaustive: usize,
     /// Seed of the first round; the others count up.
     pub first_seed: u64,
@@ -52,6 +53,9 @@ pub struct Asked {
 #[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Request {
     program: String,
+    /// BLAKE3 hash of its executable; empty when unknown, and in older folders.
+    #[serde(default)]
+    hash: String,
     /// Content hashes of everything the scenes were made from.
     inputs: BTreeMap<String, String>,
     cases: Vec<String>,
@@ -62,7 +66,7 @@ impl Request {
     /// What differs from another request first.
     fn difference(&self, other: &Self) -> Option<&'static str> {
         let differences = [
-            (self.program != other.program, "the program's version"),
+            (self.program != other.program || self.hash != other.hash, "the program"),
             (self.inputs != other.inputs, "the scenes"),
             (self.cases != other.cases, "the variants"),
             (self.asked != other.asked, "the amount or the first seed"),
@@ -105,8 +109,10 @@ impl AgreementRun {
     pub fn open(plan: Plan, asked: Asked, folder: &Path) -> Result<Self, MeasureError> {
         let lock = FolderLock::take(folder)?;
         let cases: Vec<Case> = plan.variants.iter().map(Case::of).collect();
+        let program = super::environment::program();
         let request = Request {
-            program: super::environment::program().version,
+            program: program.version,
+            hash: program.hash,
             inputs: plan.inputs(),
             cases: cases.iter().map(Case::name).collect(),
             asked: asked.clone(),
@@ -201,13 +207,12 @@ impl AgreementRun {
         let Pair { a, b } = posed.pair;
         let parts = &prepared.scene.parts;
         let oracle = PairOracle::new(Arc::clone(&parts[a].mesh), Arc::clone(&parts[b].mesh));
-        let stride = posed.poses.len().div_ceil(exhaustive.max(1)).max(1);
         let batches: Vec<Vec<Answered>> = posed
             .poses
             .par_chunks(BATCH)
             .enumerate()
             .map(|(batch, poses)| {
-                let is_judged = |index: usize| exhaustive > 0 && (batch * BATCH + index).is_multiple_of(stride);
+                let is_judged = |index: usize| is_asked(batch * BATCH + index, posed.poses.len(), exhaustive);
                 answered(&prepared.models, posed.pair, poses, &oracle, &is_judged)
             })
             .collect();
@@ -435,9 +440,29 @@ mod tests {
             let [one, other] = [&whole, &parts].map(|folder| std::fs::read(folder.path().join(file)).unwrap());
             assert!(one == other, "{file}");
         }
-        // A folder has rounds of one request.
+        // A folder has rounds of one request and of one program.
         let another = AgreementRun::open(plan(&registry, &["obb-wide"]), asked(100), whole.path());
         assert!(matches!(another, Err(MeasureError::AnotherRun { difference: "the variants", .. })));
+        let path = whole.path().join(REQUEST_FILE);
+        let request: Request = read_json(&path).unwrap();
+        write_json(&path, &Request { hash: "another".to_owned(), ..request }).unwrap();
+        assert!(matches!(open(whole.path()), Err(MeasureError::AnotherRun { difference: "the program", .. })));
+    }
+
+    /// 2400 random poses in rounds of twelve depths, of which the exact truth is asked about 200: a stride of twelve would meet one band alone.
+    #[test]
+    fn the_exact_truth_is_asked_in_every_band() {
+        let registry = Registry::standard();
+        let folder = tempfile::tempdir().unwrap();
+        let asked = Asked { poses: 4800, exhaustive: 600, first_seed: 5 };
+        let run = AgreementRun::open(plan(&registry, &["obb-wide", "aabb-wide"]), asked, folder.path()).unwrap();
+        let all = run.run(1, None, &Silent).unwrap();
+        let random: Vec<&AgreementRow> = all.rows.iter().filter(|row| row.workload == "random").collect();
+        assert!(random.len() >= 2 * 7); // two engines, in six bands of contacts and apart
+        for row in random.iter().filter(|row| row.poses >= 100) {
+            let (even, of) = (row.poses as f64 / 12.0, row.exhaustive as f64);
+            assert!((of - even).abs() < even / 3.0, "{:?}: {of} of {}", row.band, row.poses);
+        }
     }
 
     #[test]
@@ -447,7 +472,7 @@ mod tests {
         let mut broken = *standard.variants().iter().find(|variant| variant.info.id == "obb-area-centroid").unwrap();
         broken.info = Info { id: "broken", safe: true, ..broken.info };
         let registry = standard.with(broken);
-        for exhaustive in [0, 2000] {
+        for exhaustive in [0, 6000] {
             let folder = tempfile::tempdir().unwrap();
             let plan = plan(&registry, &["obb-wide", "broken"]);
             let all = AgreementRun::open(plan.clone(), asked(exhaustive), folder.path())

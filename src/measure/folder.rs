@@ -279,7 +279,7 @@ impl Folder {
     }
 
     /// Whether `program`, with the protocol of this one, made what the folder holds.
-    fn is_of(&self, program: &Program) -> bool {
+    pub(super) fn is_of(&self, program: &Program) -> bool {
         self.manifest.program.is_same(program) && self.manifest.protocol == PROTOCOL
     }
 

@@ -6,8 +6,10 @@ use super::judged::{self, JudgeError, JudgedPair, JudgedPose, Strata};
 use super::plan::Plan;
 use crate::geometry::Isometry;
 use crate::record::{CONTROL_WORKLOAD, PROGRAM_TIME, PoseRow};
-use crate::scene::{Pair, Scene};
+use crate::scene::{Pair, ProgramRun, Scene};
 use crate::truth::TruthCache;
+use std::collections::BTreeSet;
+use std::path::Path;
 
 /// How many times more poses are generated than measured, so that every stratum finds lines of its own.
 const POSE_RESERVE: usize = 6;
@@ -26,7 +28,7 @@ pub struct Measured {
 /// A program, step by step and pair by pair, up to its first collision.
 #[derive(Clone, Debug)]
 pub struct ProgramSteps {
-    /// Its file.
+    /// Its file: the name, and as many folders before it as tell it from the scene's other programs.
     pub file: String,
     /// The chunk it is timed in.
     pub chunk: u32,
@@ -75,12 +77,15 @@ impl Measured {
         let mut programs = Vec::new();
         let asked = &plan.selection.workloads;
         if asked.is_empty() || asked.iter().any(|workload| workload == PROGRAM_TIME) {
-            for run in scene.program.iter().chain(&scene.more_programs) {
+            let mut runs: Vec<&ProgramRun> = scene.program.iter().chain(&scene.more_programs).collect();
+            let mut seen = BTreeSet::new();
+            runs.retain(|run| seen.insert(&run.file));
+            let files: Vec<&Path> = runs.iter().map(|run| run.file.as_path()).collect();
+            for run in runs {
                 let queries = judged::judge_program(plan, scene, run, cache, progress)?;
                 if !queries.is_empty() {
-                    let file =
-                        run.file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-                    programs.push(ProgramSteps { file, chunk: (chunks.len() + programs.len()) as u32, queries });
+                    let (file, chunk) = (name_among(&run.file, &files), (chunks.len() + programs.len()) as u32);
+                    programs.push(ProgramSteps { file, chunk, queries });
                 }
             }
         }
@@ -135,6 +140,14 @@ impl Measured {
         };
         self.chunks.iter().map(of_chunk).chain(self.programs.iter().map(of_program)).collect()
     }
+}
+
+/// The end of a program's path that none of the others has, its parts joined by `/`: the file's name where no other has that.
+fn name_among(file: &Path, files: &[&Path]) -> String {
+    let parts: Vec<_> = file.components().map(|part| part.as_os_str().to_string_lossy()).collect();
+    let end = |count: usize| parts[parts.len() - count..].join("/");
+    let is_only = |end: &String| files.iter().filter(|other| other.ends_with(end)).count() == 1;
+    (1..=parts.len()).map(end).find(is_only).unwrap_or_else(|| end(parts.len()))
 }
 
 /// The rows of the poses of chunks, numbered in their order.
@@ -202,5 +215,17 @@ impl TimedChunk {
     /// Whether there is no pose.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_of_one_file_name_have_names_of_their_own() {
+        let files = ["mill/a/part.ngc", "mill/b/part.ngc", "mill/other.ngc", "mill/part.ngc"].map(Path::new);
+        let names = files.map(|file| name_among(file, &files));
+        assert_eq!(names, ["a/part.ngc", "b/part.ngc", "other.ngc", "mill/part.ngc"]);
     }
 }

@@ -188,6 +188,13 @@ impl Run {
         self.folder.has_finished(stage)
     }
 
+    /// Whether this program, with the plan's binaries, made what the folder holds.
+    pub fn is_own(&self) -> bool {
+        let (made, own) = (&self.manifest().binaries, self.plan.binary_entries());
+        let is_one = made.iter().map(|binary| &binary.hash).eq(own.iter().map(|binary| &binary.hash));
+        is_one && self.folder.is_of(&environment::program())
+    }
+
     /// Whether the folder is a shard's that has finished a stage: it is not made again.
     fn is_whole_shard(&self, stage: Stage) -> bool {
         self.plan.shard.is_some() && self.has_finished(stage)

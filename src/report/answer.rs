@@ -10,7 +10,7 @@ use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind}
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, STEADY, counted, distinct, is_query_time, ranked_by};
+use crate::analysis::{ALL, counted, distinct, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
@@ -331,8 +331,8 @@ struct Timed<'a> {
     label: &'a str,
     ratio: f64,
     interval: Option<(f64, f64)>,
-    /// Whether its query times are of too few clusters of poses to decide.
-    has_few_clusters: bool,
+    /// Why its time decides nothing: a single launch of programs, or too few clusters of poses.
+    undecided: Option<&'static str>,
 }
 
 /// Scenes with the same fastest volumes.
@@ -362,10 +362,10 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = match () {
-            () if volumes.iter().any(|volume| volume.has_few_clusters) => Err("too few poses"),
-            () if is_noisy(contents, scene) => Err("noisy"),
-            () => Ok(leaders(volumes)),
+        let leaders = match volumes.iter().find_map(|volume| volume.undecided) {
+            Some(reason) => Err(reason),
+            None if is_noisy(contents, scene) => Err("noisy"),
+            None => Ok(leaders(volumes)),
         };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
@@ -419,12 +419,14 @@ fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Time
     let timed = volumes.filter_map(|entry| {
         if entry.variant == *baseline {
             let interval = Some((1.0, 1.0));
-            return Some(Timed { label: &entry.label, ratio: 1.0, interval, has_few_clusters: false });
+            return Some(Timed { label: &entry.label, ratio: 1.0, interval, undecided: None });
         }
         let case = CaseRef { variant: entry.variant.clone(), policy: None };
         let row = paired(contents, &case, &reference).into_iter().find(|row| row.scene == scene)?;
-        let has_few_clusters = row.metric != PROGRAM_TIME && row.clusters < CLUSTERS_MIN as u64;
-        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval(), has_few_clusters })
+        let is_program = row.metric == PROGRAM_TIME;
+        let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
+        let undecided = (row.clusters < fewest).then_some(reason);
+        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval(), undecided })
     });
     let mut timed: Vec<Timed> = timed.collect();
     timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
@@ -443,13 +445,12 @@ fn is_noisy(contents: &Contents, scene: &str) -> bool {
     contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
 }
 
-/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval of both, those within the margin of
-/// `same`.
+/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval nothing is told apart.
 fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
     let Some(first) = volumes.first() else { return Vec::new() };
     let tied = |volume: &&Timed| match (first.interval, volume.interval) {
         (Some((_, high)), Some((low, _))) => low <= high,
-        _ => volume.ratio <= first.ratio * STEADY.1,
+        _ => true,
     };
     volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
