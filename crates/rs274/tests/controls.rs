@@ -576,6 +576,13 @@ fn cycles_of_lathes_that_drill_along_x_are_refused() {
 }
 
 #[test]
+fn g87_of_fanucs_and_haass_mills_is_refused_by_name() {
+    for setup in [fanuc(), haas()] {
+        assert_refused("M3S100\nG0Z5.\nG87X1.Z-3.R-20.Q1.F50\nM30", &setup, "3:1", "G87 of Fanuc's controls");
+    }
+}
+
+#[test]
 fn the_nose_of_a_lathe_tool_is_that_of_its_offset() {
     // Along -Z with G42 the nose's centre is one radius outside. Offset 12: radius 0.8, the point moves are about one radius inside and one to
     // the left of the centre. Offset 1: radius 0.4, the point one radius outside and one to the left.
