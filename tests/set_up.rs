@@ -119,6 +119,11 @@ fn origins_of_g54_1_and_g154_are_given_from_outside() {
         let (code, events, told) = checked(system, &["--dialect", dialect, "--offset", &offset]);
         assert_eq!((code, events, told.contains("nothing has set it")), (Some(0), 0, false), "{system}: {told}");
     }
+    for (dialect, is_given) in [("linuxcnc", true), ("haas", true), ("fanuc", false)] {
+        let offset = if is_given { &["--offset", "G55=0,0,0"][..] } else { &[] };
+        let (_, _, told) = checked("G55", &[&["--dialect", dialect], offset].concat());
+        assert_eq!(told.contains("nothing has set it (`--offset G55=X,Y,Z`)"), !is_given, "{dialect}: {told}");
+    }
     // At zero the block is above the machine's limit.
     let (code, _, told) = checked("G154 P12", &["--dialect", "haas"]);
     assert!(code == Some(1) && told.contains("`--offset G54.1P12=X,Y,Z`"), "{told}");

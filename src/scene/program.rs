@@ -52,7 +52,9 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     };
     setup.start = position("start", &file.start)?;
     setup.home = position("home", &file.home)?;
-    setup.second_home = position("second_home", &file.second_home)?;
+    if file.second_home.is_some() {
+        setup.second_home = Some(position("second_home", &file.second_home)?);
+    }
     for (letter, value) in &file.tool_change {
         let wrong = |message| (value.span(), format!("tool_change: {message}"));
         let axis = letter.parse().ok().and_then(Axis::from_letter);
@@ -98,10 +100,11 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     Ok(setup)
 }
 
-/// The origin of a work offset by its name: `G54` to `G59.3`, in Fanuc's and Haas's dialects `G54.1P1` and on, too, and in Haas's `G154P1`.
+/// The origin of a work offset, which is known from then on, by its name: `G54` to `G59.3`, in Fanuc's and Haas's dialects `G54.1P1` and on, too, and in Haas's `G154P1`.
 fn work_offset<'a>(setup: &'a mut Setup, name: &str) -> Result<&'a mut Position, String> {
     let name = name.to_ascii_uppercase().replace(' ', "");
     if let Some(index) = WORK_OFFSETS.iter().position(|known| *known == name) {
+        setup.known_offsets[index] = true;
         return Ok(&mut setup.work_offsets[index].origin);
     }
     let families = [("G54.1P", MORE_OFFSETS), ("G154P", 99)];

@@ -164,6 +164,7 @@ impl Interpreter<'_> {
         }
         self.note_waiting_length();
         if !self.modes.incremental {
+            self.note_unset_origin();
             self.note_lapsed_length();
         }
         axes.iter().for_each(|&axis| self.offset_change[axis as usize] = 0.0);
