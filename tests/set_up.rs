@@ -240,6 +240,43 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
 }
 
 #[test]
+fn a_length_that_the_program_sets_is_compared_with_the_drawn_tool() {
+    let folder = folder();
+    let tool = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60", "--dialect"];
+    for (dialect, program, is_told) in [
+        ("fanuc", format!("G10L10P1R95.\n{PROGRAM}"), true),
+        ("fanuc", format!("G10L10P1R100.\n{PROGRAM}"), false),
+        ("linuxcnc", format!("G10 L1 P1 Z95\n{PROGRAM}"), true),
+        ("linuxcnc", PROGRAM.replace("G43 H1", "G43.1 Z95"), true),
+    ] {
+        folder.write("part.ngc", &program);
+        let (_, told, _) = check(&folder, &[&tool[..], &[dialect]].concat());
+        assert_eq!(told.contains("its offset says 95.000 mm (the program sets it)"), is_told, "{program}: {told}");
+    }
+}
+
+#[test]
+fn stock_that_a_program_with_another_zero_leaves_behind_is_told() {
+    let folder = folder();
+    let tool = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60", "--dialect"];
+    // G54 is at Z-170, so that G92 Z160 at Z0 puts zero at Z-160.
+    for (dialect, line, is_told) in [
+        ("linuxcnc", "G10 L2 P1 Z-160", true),
+        ("linuxcnc", "G10 L2 P1 Z-170", false),
+        ("fanuc", "G92Z160.", true),
+        ("haas", "#5223=-160.", true),
+        ("haas", "G52Z10.", false),
+    ] {
+        folder.write("part.ngc", &format!("{line}\n{PROGRAM}"));
+        for stock in [&[][..], &["--stock", "box:100,60,30"]] {
+            let (_, told, _) = check(&folder, &[&tool[..], &[dialect], stock].concat());
+            let has_note = told.contains("where the stock stays: `--offset G54=0,0,-160` puts it there");
+            assert_eq!(has_note, is_told && !stock.is_empty(), "{line}: {told}");
+        }
+    }
+}
+
+#[test]
 fn compensation_goes_by_the_diameter_of_a_measured_table() {
     let folder = folder();
     // The side of the jaw is at Y35. The cutter covers Y21 to Y31 where it is compensated by 5 mm, to the right, and Y26 to Y36 where it is not.

@@ -11,8 +11,9 @@ use super::fanuc::origin_of;
 use super::feed::NO_TRAVEL_MM;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Spindle, Values};
-use super::offsets::{Offsets, Values9, from_canonical, turn};
-use super::setup::{MORE_OFFSETS, UserCode, WorkOffset};
+use super::offsets::{Offsets, Values9, from_canonical, to_canonical, turn};
+use super::setup::{MORE_OFFSETS, Tool, UserCode, WorkOffset};
+use std::collections::BTreeMap;
 
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
@@ -284,7 +285,21 @@ impl Interpreter<'_> {
                 }
             }
         }
+        if matches!(code.number, 431 | 432) {
+            self.spindle_offsets.insert(self.tool, self.offsets.tool);
+        }
         Ok(())
+    }
+
+    /// The tool table, with what G43.1 and G43.2 have given its tools.
+    pub(super) fn last_tools(&mut self) -> BTreeMap<u32, Tool> {
+        let mut tools = std::mem::take(&mut self.tools);
+        for (number, offset) in &self.spindle_offsets {
+            if let Some(tool) = tools.get_mut(number) {
+                tool.offset = to_canonical(offset);
+            }
+        }
+        tools
     }
 
     /// What G43 and its relatives add: on Fanuc's mills for the number of H, which holds and of which 0 is none; else for the tool of H,

@@ -606,6 +606,19 @@ fn places_that_nothing_has_set_are_told() {
 }
 
 #[test]
+fn a_program_tells_its_first_zero_and_its_last_tool_table() {
+    // At 0 the program reads -5 and shall read 1: its zero is at -1.
+    let first = run("G10 L2 P1 X5\nG92 X1\nG1 X2 F100\nG92.1 X3\nM2", &linuxcnc()).first_zero;
+    assert_eq!(first.map(|(line, zero)| (line, zero.origin[Axis::X])), Some((3, -1.0)));
+    assert_eq!(run("G55 G1 X2 F100\nG54 G0 X1\nM2", &linuxcnc()).first_zero, None);
+    let tools = [(1, Tool::with_length(50.0, 6.0))].into();
+    let setup = Setup { tool: 1, tools, ..linuxcnc() };
+    for source in ["G43.1 Z95\nG49", "G43 H1\nG43.2 Z45", "G10 L1 P1 Z95"] {
+        assert_eq!(run(&format!("{source}\nM2"), &setup).tools[&1], Tool::with_length(95.0, 6.0), "{source}");
+    }
+}
+
+#[test]
 fn g87_of_fanucs_and_haass_mills_is_refused_by_name() {
     for setup in [fanuc(), haas()] {
         assert_refused("M3S100\nG0Z5.\nG87X1.Z-3.R-20.Q1.F50\nM30", &setup, "3:1", "G87 of Fanuc's controls");
