@@ -119,6 +119,11 @@ fn origins_of_g54_1_and_g154_are_given_from_outside() {
         let (code, events, told) = checked(system, &["--dialect", dialect, "--offset", &offset]);
         assert_eq!((code, events, told.contains("nothing has set it")), (Some(0), 0, false), "{system}: {told}");
     }
+    for (dialect, is_given) in [("linuxcnc", true), ("haas", true), ("fanuc", false)] {
+        let offset = if is_given { &["--offset", "G55=0,0,0"][..] } else { &[] };
+        let (_, _, told) = checked("G55", &[&["--dialect", dialect], offset].concat());
+        assert_eq!(told.contains("nothing has set it (`--offset G55=X,Y,Z`)"), !is_given, "{dialect}: {told}");
+    }
     // At zero the block is above the machine's limit.
     let (code, _, told) = checked("G154 P12", &["--dialect", "haas"]);
     assert!(code == Some(1) && told.contains("`--offset G54.1P12=X,Y,Z`"), "{told}");
@@ -232,6 +237,43 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
     assert!(told.contains("tool 1 is 40.000 mm long") && told.contains("its offset says 95.000 mm"), "{told}");
     let told = String::from_utf8(folder.run(&["scene", "info", "mill"]).stderr).unwrap();
     assert!(told.contains("tool 1 has no holder"), "{told}");
+}
+
+#[test]
+fn a_length_that_the_program_sets_is_compared_with_the_drawn_tool() {
+    let folder = folder();
+    let tool = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60", "--dialect"];
+    for (dialect, program, is_told) in [
+        ("fanuc", format!("G10L10P1R95.\n{PROGRAM}"), true),
+        ("fanuc", format!("G10L10P1R100.\n{PROGRAM}"), false),
+        ("linuxcnc", format!("G10 L1 P1 Z95\n{PROGRAM}"), true),
+        ("linuxcnc", PROGRAM.replace("G43 H1", "G43.1 Z95"), true),
+    ] {
+        folder.write("part.ngc", &program);
+        let (_, told, _) = check(&folder, &[&tool[..], &[dialect]].concat());
+        assert_eq!(told.contains("its offset says 95.000 mm (the program sets it)"), is_told, "{program}: {told}");
+    }
+}
+
+#[test]
+fn stock_that_a_program_with_another_zero_leaves_behind_is_told() {
+    let folder = folder();
+    let tool = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60", "--dialect"];
+    // G54 is at Z-170, so that G92 Z160 at Z0 puts zero at Z-160.
+    for (dialect, line, is_told) in [
+        ("linuxcnc", "G10 L2 P1 Z-160", true),
+        ("linuxcnc", "G10 L2 P1 Z-170", false),
+        ("fanuc", "G92Z160.", true),
+        ("haas", "#5223=-160.", true),
+        ("haas", "G52Z10.", false),
+    ] {
+        folder.write("part.ngc", &format!("{line}\n{PROGRAM}"));
+        for stock in [&[][..], &["--stock", "box:100,60,30"]] {
+            let (_, told, _) = check(&folder, &[&tool[..], &[dialect], stock].concat());
+            let has_note = told.contains("where the stock stays: `--offset G54=0,0,-160` puts it there");
+            assert_eq!(has_note, is_told && !stock.is_empty(), "{line}: {told}");
+        }
+    }
 }
 
 #[test]

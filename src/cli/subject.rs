@@ -129,17 +129,22 @@ impl Subject {
                 note(format!("note: {told}"));
             }
         }
-        for told in scene.tool_notes(&setup.setup.tools) {
-            note(format!("note: {told}"));
-        }
-        let run = match &self.program {
+        let of_tools = scene.tool_notes(&setup.setup.tools);
+        of_tools.iter().for_each(|told| note(format!("note: {told}")));
+        let mut run = match &self.program {
             Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
             None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),
             None => scene.program.clone(),
         };
-        if let Some(run) = &run {
+        if let Some(run) = &mut run {
+            if job.stock.is_some() {
+                run.note_moved_zero();
+            }
             scene.files.extend(run.called_files());
             print_notes(&run.program);
+            for told in scene.tool_notes(&run.program.tools).iter().filter(|told| !of_tools.contains(told)) {
+                note(format!("note: {told} (the program sets it)"));
+            }
             // A library holds more than one program uses.
             let asked = job.tools.iter().filter(|_| self.job.library.is_none());
             asked.filter_map(|tool| unused(tool, run)).for_each(note);

@@ -186,7 +186,7 @@ pub struct ProgramFile {
     pub start: Option<Spanned<PositionFile>>,
     /// Target of G28; when absent, every axis at zero.
     pub home: Option<Spanned<PositionFile>>,
-    /// Target of G30; when absent, every axis at zero.
+    /// Target of G30; when absent, every axis at zero, with a note.
     pub second_home: Option<Spanned<PositionFile>>,
     /// Position for tool changes by M6: axis letters, mm and degrees. When absent, tools change at the current position.
     #[serde(default)]

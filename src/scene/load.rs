@@ -386,8 +386,8 @@ fn read_setup(
     };
     // Where the machine stands without `start`, the program that needs it is to blame; without a home, the block that goes there.
     check(&setup.start, file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span))?;
-    for (home, position) in [(&file.home, &setup.home), (&file.second_home, &setup.second_home)] {
-        if let Some(home) = home {
+    for (home, position) in [(&file.home, Some(&setup.home)), (&file.second_home, setup.second_home.as_ref())] {
+        if let (Some(home), Some(position)) = (home, position) {
             check(position, home.span())?;
         }
     }

@@ -37,6 +37,9 @@ pub struct ProgramRun {
 /// Names of the work offsets, in the order of [`Setup::work_offsets`].
 const WORK_OFFSETS: [&str; 9] = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 
+/// Difference below which two places of zero are the same, mm and radians.
+const SAME_ZERO: f64 = 1e-6;
+
 /// An invalid value: its byte range in the file, and a message.
 pub(super) type Nonsense = (Range<usize>, String);
 
@@ -52,7 +55,9 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     };
     setup.start = position("start", &file.start)?;
     setup.home = position("home", &file.home)?;
-    setup.second_home = position("second_home", &file.second_home)?;
+    if file.second_home.is_some() {
+        setup.second_home = Some(position("second_home", &file.second_home)?);
+    }
     for (letter, value) in &file.tool_change {
         let wrong = |message| (value.span(), format!("tool_change: {message}"));
         let axis = letter.parse().ok().and_then(Axis::from_letter);
@@ -98,10 +103,11 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
     Ok(setup)
 }
 
-/// The origin of a work offset by its name: `G54` to `G59.3`, in Fanuc's and Haas's dialects `G54.1P1` and on, too, and in Haas's `G154P1`.
+/// The origin of a work offset, which is known from then on, by its name: `G54` to `G59.3`, in Fanuc's and Haas's dialects `G54.1P1` and on, too, and in Haas's `G154P1`.
 fn work_offset<'a>(setup: &'a mut Setup, name: &str) -> Result<&'a mut Position, String> {
     let name = name.to_ascii_uppercase().replace(' ', "");
     if let Some(index) = WORK_OFFSETS.iter().position(|known| *known == name) {
+        setup.known_offsets[index] = true;
         return Ok(&mut setup.work_offsets[index].origin);
     }
     let families = [("G54.1P", MORE_OFFSETS), ("G154P", 99)];
@@ -327,6 +333,32 @@ impl ProgramRun {
         Ok(())
     }
 
+    /// Adds a note where the first feed in G54 is from another zero than the origin of G54 before the program, at which stock was put.
+    pub fn note_moved_zero(&mut self) {
+        let Some((line, zero)) = self.program.first_zero else { return };
+        let before = self.setup.work_offsets[0];
+        let moved = zero.origin.0.iter().zip(before.origin.0).any(|(now, before)| (now - before).abs() > SAME_ZERO);
+        let turned = (zero.rotation - before.rotation).abs() > SAME_ZERO;
+        if !moved && !turned {
+            return;
+        }
+        let doubled = self.setup.is_fanuc_lathe();
+        let place = Axis::ALL.map(|axis| match zero.origin[axis] {
+            value if axis.is_rotary() => value.to_degrees(),
+            value if axis == Axis::X && doubled => 2.0 * value,
+            value => value,
+        });
+        let count = if zero.origin.0[3..] == before.origin.0[3..] { 3 } else { 9 };
+        // Adding zero takes the sign from it.
+        let place = place[..count].iter().map(|value| ((value * 1e4).round() / 1e4 + 0.0).to_string());
+        let place = place.collect::<Vec<_>>().join(",");
+        let turn = if turned { ", but does not turn it as G54 is turned" } else { "" };
+        let text = format!(
+            "the first feed in G54 is from another zero (G10, G92 or a parameter) than before the program, where the stock stays: `--offset G54={place}` puts it there{turn}"
+        );
+        self.program.notes.push(rs274::Note { line, more: 0, is_unknown: true, text });
+    }
+
     /// Interprets the same program again, after a change of [`ProgramRun::setup`].
     ///
     /// # Errors
@@ -352,8 +384,15 @@ pub(super) fn deferred(
     sampling: Sampling,
 ) -> ProgramRun {
     let blocks = source.lines().map(str::to_owned).collect();
-    let (moves, notes, called_files) = (Vec::new(), Vec::new(), Vec::new());
-    let program = rs274::Program { moves, blocks, notes, called_files, kinematics: setup.kinematics.clone() };
+    let program = rs274::Program {
+        moves: Vec::new(),
+        blocks,
+        notes: Vec::new(),
+        called_files: Vec::new(),
+        tools: setup.tools.clone(),
+        first_zero: None,
+        kinematics: setup.kinematics.clone(),
+    };
     ProgramRun { file: path, hash, program, setup: setup.clone(), tip, start: setup.start, sampling }
 }
 

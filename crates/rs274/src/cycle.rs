@@ -147,6 +147,10 @@ impl Interpreter<'_> {
             let why = "G87, G88 and Fanuc's G89 on lathes, which go along X";
             return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
         }
+        if code == 870 && self.setup.dialect.is_fanuc_like() {
+            let why = "G87 of Fanuc's controls, which bores back beside a step by Q, and of Haas's, which waits for the operator to retract";
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed(why)));
+        }
         let [first, second, normal] = if lathe { Plane::Xy.axes() } else { self.modes.plane.axes() };
         let mut axes = vec![first, second, normal];
         if lathe {
@@ -160,6 +164,7 @@ impl Interpreter<'_> {
         }
         self.note_waiting_length();
         if !self.modes.incremental {
+            self.note_unset_origin();
             self.note_lapsed_length();
         }
         axes.iter().for_each(|&axis| self.offset_change[axis as usize] = 0.0);
@@ -227,7 +232,7 @@ impl Interpreter<'_> {
     fn repeats(&self, values: &Values) -> Result<i32, Fault> {
         const RANGE: &str = "a whole number up to 100000, at least 1, or 0 in the dialects fanuc and haas";
         let like_fanuc = self.setup.dialect.is_fanuc_like();
-        let counts_by_k = self.setup.dialect == Dialect::Fanuc && self.modes.motion != Some(870);
+        let counts_by_k = self.setup.dialect == Dialect::Fanuc;
         let letter = if counts_by_k && !values.has('l') { 'k' } else { 'l' };
         let least = i32::from(!like_fanuc);
         Ok(values.take_whole(letter, least..=MAX_REPEATS, "the number of holes", RANGE)?.unwrap_or(1))

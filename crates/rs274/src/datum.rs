@@ -11,8 +11,9 @@ use super::fanuc::origin_of;
 use super::feed::NO_TRAVEL_MM;
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Spindle, Values};
-use super::offsets::{Offsets, Values9, from_canonical, turn};
-use super::setup::{MORE_OFFSETS, UserCode};
+use super::offsets::{Offsets, Values9, from_canonical, to_canonical, turn};
+use super::setup::{MORE_OFFSETS, Tool, UserCode, WorkOffset};
+use std::collections::BTreeMap;
 
 const PROBED: usize = 5061;
 const HOME: usize = 5161;
@@ -39,8 +40,13 @@ impl Interpreter<'_> {
     pub(super) fn load_datums(&mut self) {
         let setup = self.setup;
         self.store(HOME, &from_canonical(&setup.home));
-        self.store(SECOND_HOME, &from_canonical(&setup.second_home));
-        for (system, offset) in setup.work_offsets.iter().enumerate() {
+        if let Some(place) = &setup.second_home {
+            self.store(SECOND_HOME, &from_canonical(place));
+        }
+        let is_known = |system: usize, offset| setup.known_offsets[system] || offset != &WorkOffset::default();
+        for (system, offset) in
+            setup.work_offsets.iter().enumerate().filter(|&(system, offset)| is_known(system, offset))
+        {
             let base = ORIGINS + system * ORIGIN_STRIDE;
             self.store(base, &from_canonical(&offset.origin));
             self.parameters.put(base + ROTATION, offset.rotation.to_degrees());
@@ -179,6 +185,22 @@ impl Interpreter<'_> {
         }
     }
 
+    /// Notes that an axis goes to a place of a work coordinate system that nothing has set. G54 is taken to be at zero on purpose.
+    pub(super) fn note_unset_origin(&mut self) {
+        let system = self.modes.system;
+        if system == 0 || self.parameters.is_set(origin_of(system)) {
+            return;
+        }
+        let name = match system {
+            1..=5 => format!("G{}", 54 + system),
+            6..SYSTEMS => format!("G59.{}", system - 5),
+            _ => format!("G54.1P{}", system - SYSTEMS + 1),
+        };
+        self.note_unknown(format!(
+            "the origin of {name} is taken to be zero: nothing has set it (`--offset {name}=X,Y,Z`)"
+        ));
+    }
+
     fn obey_tool_length(&mut self, values: &Values) -> Result<(), Fault> {
         let Some(code) = values.code(Group::ToolLength) else { return Ok(()) };
         let like_fanuc = self.setup.dialect.is_fanuc_like();
@@ -263,7 +285,21 @@ impl Interpreter<'_> {
                 }
             }
         }
+        if matches!(code.number, 431 | 432) {
+            self.spindle_offsets.insert(self.tool, self.offsets.tool);
+        }
         Ok(())
+    }
+
+    /// The tool table, with what G43.1 and G43.2 have given its tools.
+    pub(super) fn last_tools(&mut self) -> BTreeMap<u32, Tool> {
+        let mut tools = std::mem::take(&mut self.tools);
+        for (number, offset) in &self.spindle_offsets {
+            if let Some(tool) = tools.get_mut(number) {
+                tool.offset = to_canonical(offset);
+            }
+        }
+        tools
     }
 
     /// What G43 and its relatives add: on Fanuc's mills for the number of H, which holds and of which 0 is none; else for the tool of H,
@@ -378,6 +414,12 @@ impl Interpreter<'_> {
     /// are the program's axes. Haas's G28 then cancels tool length offsets.
     fn go_home(&mut self, values: &Values, base: usize) -> Result<(), Fault> {
         let home = self.load(base);
+        if base == SECOND_HOME && !self.parameters.is_set(base) {
+            self.note_unknown(
+                "G30 goes to zero of the axes: nothing has set its place (`second_home` of `[program]` in a scene)"
+                    .to_owned(),
+            );
+        }
         if base == SECOND_HOME && self.setup.dialect.is_fanuc_like() {
             values.take_whole('p', 2..=2, "P", "2: the third and the fourth reference point are not known")?;
         }

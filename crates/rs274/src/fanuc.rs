@@ -130,18 +130,12 @@ impl Interpreter<'_> {
             540 if self.setup.dialect == Dialect::Fanuc => self.system_of_g54(values)?,
             _ => 0,
         };
-        let Some(more) = usize::try_from(more).ok().filter(|&more| more > 0) else {
-            let index = if number < 590 { (number - 540) / 10 } else { 5 + number - 590 };
-            return Ok(index.unsigned_abs() as usize);
+        let system = match more {
+            1.. => SYSTEMS as i32 + more - 1,
+            _ if number < 590 => (number - 540) / 10,
+            _ => 5 + number - 590,
         };
-        let system = SYSTEMS + more - 1;
-        let is_given = self.setup.more_work_offsets.contains_key(&(more as u32));
-        if !is_given && self.load(origin_of(system)) == [0.0; 9] {
-            self.note(format!(
-                "the origin of G54.1 P{more} is zero: nothing has set it (`--offset G54.1P{more}=X,Y,Z`)"
-            ));
-        }
-        Ok(system)
+        Ok(system.unsigned_abs() as usize)
     }
 
     /// The number of the further system that Fanuc's G54 selects, 0 for G54 itself. Its P makes it G54.1, but where another code takes P: then that depends on

@@ -20,10 +20,10 @@ use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
 use super::parameters::{Parameters, UNKNOWN};
 use super::profile_cycle::is_profile_cycle;
-use super::setup::{Setup, Units};
+use super::setup::{Setup, Tool, Units, WorkOffset};
 use super::source::{self, Source};
 use super::transform::Transforms;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Farthest an axis may be from zero, mm or degrees; farther out a number has no tenths of micrometres left.
@@ -59,6 +59,10 @@ pub struct Program {
     pub notes: Vec<Note>,
     /// The files of subroutines that were read beside it.
     pub called_files: Vec<PathBuf>,
+    /// The tool table at its end, with the offsets that G43.1 and G43.2 have given the tool in the spindle.
+    pub tools: BTreeMap<u32, Tool>,
+    /// The line of the first feed in G54, and where G54 and G92 have zero there.
+    pub first_zero: Option<(u32, WorkOffset)>,
     /// The machine that it was interpreted for, if that is known. It gives the axis positions for a place of the tip.
     pub kinematics: Option<Kinematics>,
 }
@@ -80,8 +84,10 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     let errors = interpreter.run(&text);
     if errors.is_empty() {
         let called_files = text.called_files().map(Path::to_owned).collect();
-        let (moves, notes) = (interpreter.moves, interpreter.notes);
-        return Ok(Program { moves, blocks: lines, notes, called_files, kinematics: setup.kinematics.clone() });
+        let tools = interpreter.last_tools();
+        let Interpreter { moves, notes, first_zero, .. } = interpreter;
+        let kinematics = setup.kinematics.clone();
+        return Ok(Program { moves, blocks: lines, notes, called_files, tools, first_zero, kinematics });
     }
     let error = all_in_one(errors, &text);
     Err(foreign::recognise(&lines, file, setup.dialect, error))
@@ -126,7 +132,10 @@ pub(super) struct Interpreter<'a> {
     pub offsets: Offsets,
     /// Axis positions, mm and degrees.
     pub position: Values9,
-    pub tools: std::collections::BTreeMap<u32, super::setup::Tool>,
+    pub tools: BTreeMap<u32, Tool>,
+    /// What G43.1 and G43.2 have given tools in the spindle.
+    pub spindle_offsets: BTreeMap<u32, Values9>,
+    pub first_zero: Option<(u32, WorkOffset)>,
     pub tool: u32,
     pub selected_tool: u32,
     /// Numbers of offsets that hold on Fanuc's controls.
@@ -226,6 +235,8 @@ impl<'a> Interpreter<'a> {
             offsets: Offsets::default(),
             position: from_canonical(&setup.start),
             tools: setup.tools.clone(),
+            spindle_offsets: BTreeMap::new(),
+            first_zero: None,
             tool: setup.tool,
             selected_tool: setup.tool,
             numbers: OffsetNumbers::default(),
@@ -840,6 +851,9 @@ impl<'a> Interpreter<'a> {
         if matches!(kind, MoveKind::Rapid | MoveKind::Feed | MoveKind::Arc { .. }) {
             self.note_waiting_length();
             self.note_unknown_kinematics(&position);
+        }
+        if kind.is_feed() && self.modes.system == 0 && self.first_zero.is_none() {
+            self.first_zero = Some((self.line, self.offsets.zero()));
         }
         let [turns_workpiece, turns_tool] = self.turning();
         self.moves.push(Move {

@@ -124,7 +124,7 @@ impl Interpreter<'_> {
     /// Where the axis words lead, as axis positions. Axes without a word stay exactly where they are.
     pub(super) fn target(&mut self, values: &Values) -> Values9 {
         let mut program = self.offsets.to_program(&self.position);
-        let mut named = [false; 9];
+        let (mut named, mut names_place) = ([false; 9], false);
         // What a step adds beside itself.
         let mut change = [0.0; 9];
         for axis in Axis::ALL {
@@ -136,11 +136,15 @@ impl Interpreter<'_> {
                 program[i] = if is_step { program[i] + value } else { value };
                 change[i] = if is_step { self.offset_change[i] } else { 0.0 };
                 named[i] = true;
+                names_place |= !is_step;
                 self.note_step_behind_turn(i, is_step.then_some(value));
                 if axis == Axis::Z && !is_step {
                     self.note_lapsed_length();
                 }
             }
+        }
+        if names_place {
+            self.note_unset_origin();
         }
         let from = self.offsets.to_program(&self.position);
         if let Some([x, y]) = self.take_polar(values, &from) {

@@ -6,6 +6,7 @@
 
 use super::affine::Affine;
 use super::canonical::{Axis, Plane, Position};
+use super::setup::WorkOffset;
 
 /// Nine values: mm and degrees.
 pub(super) type Values9 = [f64; 9];
@@ -42,6 +43,14 @@ pub(super) struct Similar {
 impl Offsets {
     fn shifts(&self) -> Values9 {
         std::array::from_fn(|i| self.shift[i] + self.local_zero[i])
+    }
+
+    /// Where the origin and G92 have zero, and how it is turned.
+    pub fn zero(&self) -> WorkOffset {
+        let mut zero = self.shift;
+        turn(&mut zero, self.rotation);
+        zero.iter_mut().zip(self.origin).for_each(|(zero, origin)| *zero += origin);
+        WorkOffset { origin: to_canonical(&zero), rotation: self.rotation.to_radians() }
     }
 
     /// Axis positions of a point in program coordinates.

@@ -6,7 +6,7 @@
 use super::dialect::Dialect;
 use super::error::Cause;
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Highest numbered parameter (LinuxCNC: `RS274NGC_MAX_PARAMETERS` - 1).
 pub(super) const MAX_PARAMETER: usize = 5601;
@@ -109,6 +109,8 @@ const INPUT: usize = 5399;
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     numbered: Vec<f64>,
+    /// Which parts of origins and of the place of G30 something has set.
+    set_places: BTreeSet<usize>,
     /// How many of them, from `#1`, are local to a subroutine.
     locals: usize,
     /// Whether a variable may be vacant, as on Fanuc's controls.
@@ -142,6 +144,7 @@ impl Parameters {
         let has_vacant = dialect.is_fanuc_like();
         let mut parameters = Self {
             numbered: if has_vacant { variables(dialect) } else { vec![0.0; MAX_PARAMETER + 1] },
+            set_places: BTreeSet::new(),
             locals: if has_vacant { LOCAL_VARIABLES } else { LOCAL_PARAMETERS },
             has_vacant,
             is_haas: dialect == Dialect::Haas,
@@ -155,7 +158,7 @@ impl Parameters {
         };
         for (name, &value) in defaults {
             match name.parse::<usize>().ok().and_then(|number| parameters.index(number as f64)) {
-                Some(index) => parameters.numbered[index] = value,
+                Some(index) => parameters.put(index, value),
                 None => parameters.insert(name.to_ascii_lowercase(), value),
             }
         }
@@ -191,6 +194,14 @@ impl Parameters {
     /// Sets parameter `index`, which exists, whether programs may or not.
     pub fn put(&mut self, index: usize, value: f64) {
         self.numbered[index] = value;
+        if matches!(index, 5181..=5189 | 5221..=5400 | 14_001..=19_960) {
+            self.set_places.insert(index);
+        }
+    }
+
+    /// Whether something has set a part of the place, an origin or that of G30, that begins at parameter `base`.
+    pub fn is_set(&self, base: usize) -> bool {
+        self.set_places.range(base..base + 9).next().is_some()
     }
 
     /// The value of `#<name>`, or why it has none.
@@ -215,7 +226,7 @@ impl Parameters {
         }
         if !self.has_vacant {
             self.holds_input &= index != INPUT;
-            self.numbered[index] = value;
+            self.put(index, value);
             return Ok(());
         }
         match index {
@@ -224,7 +235,7 @@ impl Parameters {
             _ => {}
         }
         if let Some(axis) = origin_axis(index) {
-            self.numbered[index] = if value.is_nan() { 0.0 } else { value / self.units[axis] };
+            self.put(index, if value.is_nan() { 0.0 } else { value / self.units[axis] });
         } else if is_common(index, self.is_haas) || matches!(index, 3001..=3004 | 3006 | 3030) {
             self.numbered[index] = value;
         } else {

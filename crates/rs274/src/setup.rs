@@ -97,6 +97,8 @@ pub struct Setup {
     pub start: Position,
     /// G54, G55, ... G59, G59.1, G59.2, G59.3.
     pub work_offsets: [WorkOffset; 9],
+    /// Which of them are known although they are zero: a place in another is noted as not known.
+    pub known_offsets: [bool; 9],
     /// Origins of G54.1 P1 to [`MORE_OFFSETS`] by the number of P, machine coordinates, mm and radians; Haas's G154 has the same. Other dialects have none.
     pub more_work_offsets: BTreeMap<u32, Position>,
     /// The tool table.
@@ -109,8 +111,8 @@ pub struct Setup {
     pub units: Option<Units>,
     /// Where G28 goes, axis positions.
     pub home: Position,
-    /// Where G30 goes, axis positions.
-    pub second_home: Position,
+    /// Where G30 goes, axis positions; `None` is zero, with a note.
+    pub second_home: Option<Position>,
     /// Where M6 changes tools: the axes that go there at rapid rate, mm and radians, in the order of [`Position`]. Z goes first, on lathes X.
     pub tool_change: [Option<f64>; 9],
     /// Whether lines that start with `/` are skipped.

@@ -516,7 +516,7 @@ fn haass_g28_cancels_the_tool_length() {
 fn a_length_that_fanucs_controls_cancel_at_home_is_told() {
     let told = |source: &str, setup: &Setup| {
         let source = format!("T1M6\nG90G54G0X0Y0\nG43H1Z100.\nG1Z-1.F100\nG0Z100.\n{source}\nM30");
-        let notes = run(&source, setup).notes;
+        let notes = run(&source, &Setup { second_home: Some(Position::default()), ..setup.clone() }).notes;
         notes.iter().filter(|note| note.is_unknown).map(|note| note.line).collect::<Vec<_>>()
     };
     for (source, line) in [
@@ -573,6 +573,56 @@ fn cycles_of_lathes_that_drill_along_x_are_refused() {
     for code in ["G87", "G88", "G89"] {
         let source = format!("M3S100G0X50.Z0\n{code}X40.R-2.P500F0.1\nM30");
         assert_refused(&source, &lathe(), "2:1", "which go along X");
+    }
+}
+
+#[test]
+fn places_that_nothing_has_set_are_told() {
+    let named = |mut setup: Setup, source: &str, known: bool| {
+        setup.known_offsets = [known; 9];
+        let notes = run(source, &setup).notes;
+        let about = |text| notes.iter().any(|note| note.is_unknown && note.text.contains(text));
+        (about("the origin of G5"), about("G30 goes to zero"))
+    };
+    for (source, setup, expected) in [
+        ("G55\nG0X1.\nM30", fanuc(), (true, false)),
+        ("G59 G0 X0\nM2", linuxcnc(), (true, false)),
+        ("G59.3 G81 X1 Z-2 R1 F100\nM2", linuxcnc(), (true, false)),
+        ("G54.1P2\nG0X1.\nM30", fanuc(), (true, false)),
+        ("G55\nG91G28Z0\nG53G90G0X0\nG54X1.\nM30", haas(), (false, false)),
+        ("G55\nG10L2P2X0\nG0X1.\nM30", fanuc(), (false, false)),
+        ("#5242=0\nG55\nG0X1.\nM30", haas(), (false, false)),
+        ("G10 L20 P2 X0\nG55 G0 X1\nM2", linuxcnc(), (false, false)),
+        ("G0X1.\nM30", fanuc(), (false, false)),
+        ("G91G30Z0\nM30", fanuc(), (false, true)),
+        ("G30.1\nG30\nM2", linuxcnc(), (false, false)),
+        ("#5183=0\nG30\nM2", linuxcnc(), (false, false)),
+    ] {
+        assert_eq!(named(setup, source, false), expected, "{source}");
+    }
+    assert_eq!(named(linuxcnc(), "G59.3 G0 X1\nM2", true), (false, false));
+    let parameters = [("5241".to_owned(), 0.0)].into();
+    assert_eq!(named(Setup { parameters, ..linuxcnc() }, "G55 G0 X1\nM2", false), (false, false));
+    assert_eq!(named(Setup { second_home: Some(Position::default()), ..fanuc() }, "G30\nM30", false), (false, false));
+}
+
+#[test]
+fn a_program_tells_its_first_zero_and_its_last_tool_table() {
+    // At 0 the program reads -5 and shall read 1: its zero is at -1.
+    let first = run("G10 L2 P1 X5\nG92 X1\nG1 X2 F100\nG92.1 X3\nM2", &linuxcnc()).first_zero;
+    assert_eq!(first.map(|(line, zero)| (line, zero.origin[Axis::X])), Some((3, -1.0)));
+    assert_eq!(run("G55 G1 X2 F100\nG54 G0 X1\nM2", &linuxcnc()).first_zero, None);
+    let tools = [(1, Tool::with_length(50.0, 6.0))].into();
+    let setup = Setup { tool: 1, tools, ..linuxcnc() };
+    for source in ["G43.1 Z95\nG49", "G43 H1\nG43.2 Z45", "G10 L1 P1 Z95"] {
+        assert_eq!(run(&format!("{source}\nM2"), &setup).tools[&1], Tool::with_length(95.0, 6.0), "{source}");
+    }
+}
+
+#[test]
+fn g87_of_fanucs_and_haass_mills_is_refused_by_name() {
+    for setup in [fanuc(), haas()] {
+        assert_refused("M3S100\nG0Z5.\nG87X1.Z-3.R-20.Q1.F50\nM30", &setup, "3:1", "G87 of Fanuc's controls");
     }
 }
 
@@ -1246,7 +1296,7 @@ fn a_file_is_called_beside_another_m_code() {
 #[test]
 fn words_that_programs_commonly_have_are_taken() {
     let second_home = Position([0.0, 0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let fanuc = Setup { second_home, ..fanuc() };
+    let fanuc = Setup { second_home: Some(second_home), ..fanuc() };
     assert_end("G0Z5.\nG91G30P2Z0.\nM30", &fanuc, [0.0, 0.0, 90.0]);
     assert_refused("G91G30P3Z0.\nM30", &fanuc, "1:7", "the third and the fourth reference point are not known");
     assert_end("M19P270\nG67G0X1.\nM30", &haas(), [1.0, 0.0, 0.0]);

@@ -212,6 +212,13 @@ fn both_homes_are_where_the_scene_says() {
     let loaded = load(&[("scene.toml", &scene), ("p.ngc", "G28\nG91 G30 X0\nM2\n")]).unwrap();
     let moves = loaded.program.unwrap().program.moves;
     assert_eq!(moves.iter().map(|step| step.end[Axis::X]).collect::<Vec<_>>(), [40.0, 40.0, -30.0]);
+    for (home, is_told) in [("", true), ("second_home = {}\n", false)] {
+        let scene = format!("{SLIDE}[program]\nfile = \"p.ngc\"\n{home}");
+        let loaded = load(&[("scene.toml", &scene), ("p.ngc", "G91 G30 X0\nM2\n")]).unwrap();
+        let notes = loaded.program.unwrap().program.notes;
+        let told = notes.iter().any(|note| note.is_unknown && note.text.contains("`second_home`"));
+        assert_eq!(told, is_told, "{home}: {notes:?}");
+    }
 }
 
 #[test]
@@ -223,7 +230,7 @@ fn the_worked_example_of_the_documentation_is_a_program_table() {
     let setup = load(&[("scene.toml", &scene), ("part.ngc", "M2\n")]).unwrap().program.unwrap().setup;
     assert_eq!((setup.tools[&2].offset[Axis::Z], setup.tools[&2].diameter_mm), (95.5, 10.0));
     assert_eq!(setup.work_offsets[0].origin[Axis::Z], 120.0);
-    assert_eq!([setup.start, setup.home, setup.second_home].map(|p| p[Axis::Z]), [400.0, 400.0, 350.0]);
+    assert_eq!([setup.start, setup.home, setup.second_home.unwrap()].map(|p| p[Axis::Z]), [400.0, 400.0, 350.0]);
     assert_eq!(setup.tool, 1);
 }
 
