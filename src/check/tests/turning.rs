@@ -399,6 +399,8 @@ fn what_is_thinner_than_the_resolution_is_not_free_in_the_stock() {
         let settings = Settings { cutting: Cutting::At(resolution_mm), ..with_zones(&[]) };
         let told = checked(&scene(&text, &format!("M3 S1000\nG0 {to}\nM2")), &settings);
         assert_eq!(kinds(&told), [(2, kind)], "{shape} {resolution_mm}");
+        let [least, _] = told.events[0].depth_mm.unwrap();
+        assert_eq!(least > 0.0, kind != "unresolved", "{shape} {resolution_mm}: {least}");
     }
 }
 
