@@ -429,7 +429,7 @@ fn how_a_program_is_read_is_in_every_report() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let wanted = [
         (2, 1, false, "X has no decimal point"),
-        (3, 0, false, "the origin of G54.1 P12 is zero"),
+        (3, 2, true, "the origin of G54.1P12 is taken to be zero"),
         (4, 0, true, "nothing stops a probe here"),
     ];
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();

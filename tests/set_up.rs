@@ -274,21 +274,30 @@ fn stock_that_a_program_with_another_zero_leaves_behind_is_told() {
             assert_eq!(has_note, is_told && !stock.is_empty(), "{line}: {told}");
         }
     }
+    // Who follows the advice is not told again: 0.1234 inches are 3.13436 mm.
+    folder.write("part.ngc", &format!("G20\nG10 L2 P1 X0.1234 Z-6.3\n{PROGRAM}"));
+    let job = [&tool[..], &["linuxcnc", "--stock", "box:100,60,30"]].concat();
+    let (_, told, _) = check(&folder, &job);
+    let advice = told.split("`--offset ").nth(1).unwrap().split('`').next().unwrap();
+    assert_eq!(advice, "G54=3.13436,0,-160.02");
+    let again = [&["check"][..], &job, &["--offset", advice, "--json", "--quiet", "--clearance", "0"]].concat();
+    let told = String::from_utf8(folder.run(&again).stderr).unwrap();
+    assert!(!told.contains("where the stock stays"), "{told}");
 }
 
 #[test]
 fn compensation_goes_by_the_diameter_of_a_measured_table() {
     let folder = folder();
-    // The side of the jaw is at Y35. The cutter covers Y21 to Y31 where it is compensated by 5 mm, to the right, and Y26 to Y36 where it is not.
+    // The side of the jaw is at Y35. The cutter covers Y21 to Y31 where it is compensated by 5 mm, to the right, and Y25.9 to Y35.9 where it is by 0.1 mm.
     let program = "G21 G90 G94 G54\nT1 M6\nS3000 M3\nG43 H1\nG0 X-90 Y31\nG0 Z-10\nG42 D1 G1 X-75 F300\nG1 X75\nG0 Z30\nG40\nM2\n";
     folder.write("wall.ngc", program);
     folder.write("drawn.tbl", "T1 P1 Z+100.0 D+10.0\n");
-    folder.write("wear.tbl", "T1 P1 Z+100.0 D0\n");
+    folder.write("wear.tbl", "T1 P1 Z+100.0 D0.2\n");
     let holder = "holder = [{ diameter_mm = 32, length_mm = 60 }]";
     let tool = format!("number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 40, {holder}");
     folder.write("shop.toml", &format!("tools = [{{ {tool} }}]\n"));
     for given in [["--tool", "1=diameter:10,flute:15,stickout:40,holder:32x60"], ["--tools", "shop.toml"]] {
-        let told_of = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.000 mm";
+        let told_of = "tool 1 is drawn 10.000 mm wide, and the tool table says 0.200 mm";
         for table in [&[][..], &["--tool-table", "drawn.tbl"]] {
             let (found, told, code) = check(&folder, &[&["mill", "wall.ngc"][..], &given, table].concat());
             assert_eq!((code, events(&found).len(), told.contains("wide")), (Some(0), 0, false), "{found} {told}");

@@ -190,20 +190,20 @@ fn is_around(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
     (0..2).all(|k| places().any(|place| place[k] < 0.0) && places().any(|place| place[k] > 0.0))
 }
 
-/// The spindle without which a cutter does not cut.
+/// Spindle that a cutter needs to cut.
 #[derive(Clone, Copy)]
 pub(super) enum Needs {
-    /// Any.
+    /// Either spindle.
     Any,
-    /// That of the workpiece.
+    /// The workpiece's spindle.
     OfWorkpiece,
-    /// That which drives the cutter.
+    /// The spindle that drives the cutter.
     OfTool,
 }
 
 impl Needs {
-    /// Of a cutter and a workpiece. A round cutter on the workpiece's axis cuts whichever of the two turns, and one that is not round and that nobody says is
-    /// driven may stand.
+    /// Spindle that a cutter needs in a workpiece. A round cutter on the workpiece's axis cuts whichever of the two turns. A cutter that is not round and has no
+    /// `turns` may be driven or stand where the workpiece turns between its feeds.
     pub fn of(scene: &Scene, path: &Path<'_>, workpiece: usize, cutter: usize) -> Self {
         let is_one = |at: usize| {
             let step = path.step(at as f64);
@@ -227,7 +227,7 @@ impl Needs {
         }
     }
 
-    /// Whether that spindle stands in a move.
+    /// Whether the needed spindle stands in a move.
     pub const fn stands(self, step: &Move) -> bool {
         match self {
             Self::Any => !(step.turns_workpiece || step.turns_tool),

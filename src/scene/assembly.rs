@@ -328,7 +328,8 @@ impl DrawnTool {
         let differs = tabled.filter(|tabled| (tabled - length_mm).abs() > TOLD_MM).map(|tabled| {
             format!("tool {number} is {length_mm:.3} mm long from the gauge line to its tip, and its offset says {tabled:.3} mm")
         });
-        let tabled = tool.map(|tool| tool.diameter_mm);
+        // 0 is a table without diameters, or one of what is left to compensate.
+        let tabled = tool.map(|tool| tool.diameter_mm).filter(|&tabled| tabled != 0.0);
         let is_other = tabled.filter(|tabled| (tabled - diameter_mm).abs() > TOLD_MM).map(|tabled| {
             format!("tool {number} is drawn {diameter_mm:.3} mm wide, and the tool table says {tabled:.3} mm, which G41 and G42 go by")
         });
@@ -383,7 +384,7 @@ pub(super) fn check_axes(machine: &Machine, tip: &TipControl, position: &Positio
     let Some(axis) = tip.idle_axis(machine, position) else { return Ok(()) };
     let [tool, work] = [tip.tool_link, tip.work_link].map(|link| link_name(machine, link));
     Err(format!(
-        "axis {} does not move the tool over the workpiece: {tool} is said to carry the tool, and {work} the workpiece; name the links that do: `tool_link` and `work_link` of `[program.tool_centre_point]`, or --spindle LINK@X,Y,Z and --table LINK",
+        "axis {} does not move the tool over the workpiece: {tool} is said to carry the tool, and {work} the workpiece; name the links that do: `tool_link` and `work_link` of `[program.tool_centre_point]`, or, for tools that the scene does not have, --spindle LINK@X,Y,Z and --table LINK",
         axis.letter()
     ))
 }

@@ -350,11 +350,11 @@ impl ProgramRun {
         });
         let count = if zero.origin.0[3..] == before.origin.0[3..] { 3 } else { 9 };
         // Adding zero takes the sign from it.
-        let place = place[..count].iter().map(|value| ((value * 1e4).round() / 1e4 + 0.0).to_string());
+        let place = place[..count].iter().map(|value| ((value * 1e6).round() / 1e6 + 0.0).to_string());
         let place = place.collect::<Vec<_>>().join(",");
         let turn = if turned { ", but does not turn it as G54 is turned" } else { "" };
         let text = format!(
-            "the first feed in G54 is from another zero (G10, G92 or a parameter) than before the program, where the stock stays: `--offset G54={place}` puts it there{turn}"
+            "the first feed in G54 is from another zero (G10, G52, G92 or a parameter) than before the program, where the stock stays: `--offset G54={place}` puts it there{turn}; where G52 or G92 shifts G54, move the stock by its @X,Y,Z instead"
         );
         self.program.notes.push(rs274::Note { line, more: 0, is_unknown: true, text });
     }
