@@ -2,20 +2,21 @@
 //! bootstrap intervals.
 //!
 //! The response of a cell is the mean of its logarithms over the chunks of a stratum, then over strata, then over scenes, each weighted
-//! equally. An effect is therefore a factor on the geometric mean. A resample draws chunks within strata, and scenes when there are several.
-//! A stratum with a single chunk shows no spread: the strata of its scene are merged, as in [`super::totals`], and a single chunk has no
-//! interval. Deviations are lengthened for few chunks by the variances of their own strata. All cells share one draw, because all cells were measured at the same poses. Cells with unsafe boxes do less work because they
+//! equally. An effect is therefore a factor on the geometric mean. A resample draws clusters within strata, and scenes when there are several.
+//! A cluster is chunks that share lines, with all its chunks. Where a cluster spans strata, or a stratum with a single one shows no spread, the
+//! strata of the scene are merged; a single cluster has no interval. Deviations are lengthened for few clusters by the variances of their own strata. All cells share one draw, because all cells were measured at the same poses. Cells with unsafe boxes do less work because they
 //! miss contacts. Effects are therefore computed three ways: over the safe cells alone, over all cells, and over the cells of each safe centre
 //! rule.
 
 use super::factorial::{Decomposition, Design};
 use super::stats::{RESAMPLES, below, expansion, generator, median, over_strata, quantile, student_95};
 use super::summary::ALL;
+use super::totals::clusters;
 use super::{AnalysisError, distinct};
 use crate::record::audit::FACTORS;
 use crate::record::{
-    AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CountRow, FactorRow, Manifest, NULL_VARIANT, Row, Stratum,
-    TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
+    AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CountRow, FactorRow, Manifest, NULL_VARIANT, PoseRow, Row,
+    Stratum, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -41,28 +42,34 @@ pub struct AuditOutcome {
 /// The raw records of an audit, and the factor levels of every case.
 struct Raw {
     levels: BTreeMap<String, [String; 4]>,
+    units: Units,
     counts: Vec<CountRow>,
     trees: Vec<TreeRow>,
     timings: Vec<TimingRow>,
     builds: Vec<BuildRow>,
 }
 
-/// One value of a response: scene, group, cluster, levels of the cell, value.
+/// The clusters of chunks, by scene and chunk.
+type Units = BTreeMap<(String, String), String>;
+
+/// One value of a response: scene, group, chunk or part, levels of the cell, value.
 type Point<'a> = (&'a str, &'a str, String, &'a [String; 4], f64);
 
 /// The factors' levels as they occur in the records, in order of first appearance.
 #[derive(Clone, Debug)]
 struct Levels([Vec<String>; 4]);
 
-/// The value of every cell in one cluster of one response.
-struct Cluster {
+/// The value of every cell in one chunk, or of one part, of one response.
+struct Observed {
     /// The stratum; all groups of a scene have equal weight.
     group: String,
+    /// The cluster, which is drawn as one.
+    unit: String,
     values: Vec<f64>,
 }
 
-/// The clusters of one response by scene.
-type Observations = BTreeMap<String, Vec<Cluster>>;
+/// What was observed of one response, by scene.
+type Observations = BTreeMap<String, Vec<Observed>>;
 
 /// Analyses the audit in `folder` and writes `audit_cells.csv`, `audit_effects.csv` and `audit_shares.csv`.
 ///
@@ -137,8 +144,17 @@ impl Raw {
                 levels.entry(row.case.clone()).or_default()[place].clone_from(&row.level);
             }
         }
+        let mut poses: BTreeMap<String, Vec<(u32, (String, String, u32))>> = BTreeMap::new();
+        for row in read_rows::<PoseRow>(folder)? {
+            poses.entry(row.scene).or_default().push((row.chunk, (row.workload, row.pair, row.line)));
+        }
+        let of_scene = |(scene, poses): (String, Vec<_>)| {
+            let unit = move |(chunk, unit): (u32, u32)| ((scene.clone(), chunk.to_string()), unit.to_string());
+            clusters(poses).into_iter().map(unit)
+        };
         Ok(Self {
             levels,
+            units: poses.into_iter().flat_map(of_scene).collect(),
             counts: read_rows(folder)?,
             trees: read_rows(folder)?,
             timings: read_rows_if_there(folder)?,
@@ -163,7 +179,8 @@ impl Raw {
                 let stratum = stratum.map_or("-", Stratum::id);
                 Ok((scene.as_str(), stratum, chunk.to_string(), self.of_cell(CountRow::FILE, scene, case)?, value(r)))
             };
-            gather(levels, CountRow::FILE, self.counts.iter().map(point).collect::<Result<_, AnalysisError>>()?)
+            let points = self.counts.iter().map(point).collect::<Result<_, AnalysisError>>()?;
+            gather(levels, CountRow::FILE, points, &self.units)
         };
         let area = |t| {
             let tree: &TreeRow = t;
@@ -175,9 +192,9 @@ impl Raw {
         Ok([
             count(&|r| (r.volume_tests as f64 / r.poses as f64).ln())?,
             count(&|r| (r.triangle_tests as f64 / r.poses as f64).ln_1p())?,
-            gather(levels, TimingRow::FILE, self.times()?)?,
-            gather(levels, BuildRow::FILE, self.build_times()?)?,
-            gather(levels, TreeRow::FILE, areas)?,
+            gather(levels, TimingRow::FILE, self.times()?, &self.units)?,
+            gather(levels, BuildRow::FILE, self.build_times()?, &Units::new())?,
+            gather(levels, TreeRow::FILE, areas, &Units::new())?,
         ])
     }
 
@@ -221,25 +238,32 @@ impl Raw {
     }
 }
 
-/// Sorts points (scene, group, cluster, levels, value) into clusters. A cell with several values in a cluster, one for each block of
-/// timing, gets their median.
-fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result<Observations, AnalysisError> {
+/// Sorts points by chunk, or part. A cell with several values there, one for each block of timing, gets their median. What `units` does not
+/// name is a cluster of its own.
+fn gather(
+    levels: &Levels,
+    file: &'static str,
+    points: Vec<Point<'_>>,
+    units: &Units,
+) -> Result<Observations, AnalysisError> {
     let size = levels.design().cells();
-    let mut clusters: BTreeMap<(String, String, String), Vec<Vec<f64>>> = BTreeMap::new();
-    for (scene, group, cluster, point, value) in points {
-        let key = (scene.to_owned(), group.to_owned(), cluster);
+    let mut items: BTreeMap<(String, String, String), Vec<Vec<f64>>> = BTreeMap::new();
+    for (scene, group, item, point, value) in points {
+        let key = (scene.to_owned(), group.to_owned(), item);
         let Some(cell) = levels.cell(point) else {
             return Err(AnalysisError::Cells { file, scene: key.0 });
         };
-        clusters.entry(key).or_insert_with(|| vec![Vec::new(); size])[cell].push(value);
+        items.entry(key).or_insert_with(|| vec![Vec::new(); size])[cell].push(value);
     }
     let mut observations = Observations::new();
-    for ((scene, group, _), values) in clusters {
+    for ((scene, group, item), values) in items {
         if values.iter().any(Vec::is_empty) {
             return Err(AnalysisError::Cells { file, scene });
         }
         let values = values.into_iter().map(median).collect();
-        observations.entry(scene).or_default().push(Cluster { group, values });
+        let item = (scene, item);
+        let unit = units.get(&item).unwrap_or(&item.1).clone();
+        observations.entry(item.0).or_default().push(Observed { group, unit, values });
     }
     Ok(observations)
 }
@@ -247,57 +271,72 @@ fn gather(levels: &Levels, file: &'static str, points: Vec<Point<'_>>) -> Result
 /// The observations of the cells in `kept` alone.
 fn restrict(observations: &Observations, levels: &Levels, kept: &Levels) -> Observations {
     let cells: Vec<usize> = (0..kept.design().cells()).filter_map(|cell| levels.cell(&kept.of_cell(cell))).collect();
-    let cluster = |cluster: &Cluster| Cluster {
-        group: cluster.group.clone(),
-        values: cells.iter().map(|&cell| cluster.values[cell]).collect(),
+    let of_cells = |item: &Observed| Observed {
+        group: item.group.clone(),
+        unit: item.unit.clone(),
+        values: cells.iter().map(|&cell| item.values[cell]).collect(),
     };
-    observations.iter().map(|(scene, clusters)| (scene.clone(), clusters.iter().map(cluster).collect())).collect()
+    observations.iter().map(|(scene, items)| (scene.clone(), items.iter().map(of_cells).collect())).collect()
 }
 
-/// The sets of scenes to analyse: all together, when there are several, and each alone. Returns a name and the clusters of each scene.
-fn scene_sets(observations: &Observations) -> Vec<(String, Vec<&[Cluster]>)> {
-    let mut sets: Vec<(String, Vec<&[Cluster]>)> = Vec::new();
+/// The sets of scenes to analyse: all together, when there are several, and each alone. Returns a name and what was observed in each scene.
+fn scene_sets(observations: &Observations) -> Vec<(String, Vec<&[Observed]>)> {
+    let mut sets: Vec<(String, Vec<&[Observed]>)> = Vec::new();
     if observations.len() > 1 {
         sets.push((ALL.to_owned(), observations.values().map(Vec::as_slice).collect()));
     }
-    sets.extend(observations.iter().map(|(scene, clusters)| (scene.clone(), vec![clusters.as_slice()])));
+    sets.extend(observations.iter().map(|(scene, items)| (scene.clone(), vec![items.as_slice()])));
     sets
 }
 
-/// The clusters of a scene by stratum, each with its weight in the mean response.
-type Strata<'a> = Vec<Vec<(f64, &'a Cluster)>>;
+/// What is drawn as one: what was observed in it, each with its weight in the mean response.
+type Cluster<'a> = Vec<(f64, &'a Observed)>;
 
-/// The strata of each scene. Scenes weigh the same, and so do the groups of a scene and the clusters of a group. If a group has a single
-/// cluster, all groups of the scene are one stratum.
-fn strata<'a>(scenes: &[&'a [Cluster]]) -> Vec<Strata<'a>> {
-    let of_scene = |scene: &&'a [Cluster]| {
-        let mut groups: BTreeMap<&str, Vec<&'a Cluster>> = BTreeMap::new();
-        for cluster in *scene {
-            groups.entry(&cluster.group).or_default().push(cluster);
+/// The clusters of a scene by stratum.
+type Strata<'a> = Vec<Vec<Cluster<'a>>>;
+
+/// The strata of each scene. Scenes weigh the same, and so do the groups of a scene and what was observed in a group. If a group has a single
+/// cluster, or a cluster spans groups, all groups of the scene are one stratum.
+fn strata<'a>(scenes: &[&'a [Observed]]) -> Vec<Strata<'a>> {
+    let of_scene = |scene: &&'a [Observed]| {
+        let items: &'a [Observed] = scene;
+        let mut groups: BTreeMap<&str, BTreeMap<&str, Cluster<'a>>> = BTreeMap::new();
+        for item in items {
+            groups.entry(&item.group).or_default().entry(&item.unit).or_default().push((0.0, item));
         }
         let count = scenes.len() * groups.len();
-        let weighted = |members: Vec<&'a Cluster>| {
-            let weight = 1.0 / (count * members.len()) as f64;
-            members.into_iter().map(|cluster| (weight, cluster)).collect::<Vec<_>>()
-        };
-        let strata: Strata<'a> = groups.into_values().map(weighted).collect();
-        if strata.iter().any(|clusters| clusters.len() < 2) { vec![strata.concat()] } else { strata }
+        for group in groups.values_mut() {
+            let weight = 1.0 / (count * group.values().map(Vec::len).sum::<usize>()) as f64;
+            group.values_mut().flatten().for_each(|item| item.0 = weight);
+        }
+        let is_single = groups.values().any(|clusters| clusters.len() < 2);
+        let units: BTreeSet<&str> = items.iter().map(|item| item.unit.as_str()).collect();
+        if is_single || units.len() < groups.values().map(BTreeMap::len).sum() {
+            let mut merged: BTreeMap<&str, Cluster<'a>> = BTreeMap::new();
+            for (unit, cluster) in groups.into_values().flatten() {
+                merged.entry(unit).or_default().extend(cluster);
+            }
+            vec![merged.into_values().collect()]
+        } else {
+            groups.into_values().map(|clusters| clusters.into_values().collect()).collect()
+        }
     };
     scenes.iter().map(of_scene).collect()
 }
 
-/// The mean response of each cell: over clusters, then groups, then scenes. `draw` selects the items of a resample; its argument is the
-/// number of items.
+/// The mean response of each cell: over chunks or parts, then groups, then scenes. `draw` selects the clusters and scenes of a resample; its
+/// argument is the number of them.
 fn mean_response(scenes: &[Strata<'_>], cells: usize, mut draw: impl FnMut(usize) -> Vec<usize>) -> Vec<f64> {
-    let weight = |clusters: &[(f64, &Cluster)]| clusters.iter().map(|(weight, _)| weight).sum::<f64>();
+    let weight = |cluster: &Cluster<'_>| cluster.iter().map(|(weight, _)| weight).sum::<f64>();
     let mut mean = vec![0.0; cells];
     for scene in draw(scenes.len()) {
         for stratum in &scenes[scene] {
-            let drawn: Vec<(f64, &Cluster)> = draw(stratum.len()).into_iter().map(|place| stratum[place]).collect();
+            let drawn: Vec<&Cluster<'_>> = draw(stratum.len()).into_iter().map(|place| &stratum[place]).collect();
             // The clusters of merged groups weigh differently.
-            let scale = weight(stratum) / weight(&drawn);
-            for (weight, cluster) in drawn {
-                for (sum, value) in mean.iter_mut().zip(&cluster.values) {
+            let of_drawn: f64 = drawn.iter().map(|cluster| weight(cluster)).sum();
+            let scale = stratum.iter().map(weight).sum::<f64>() / of_drawn;
+            for (weight, item) in drawn.into_iter().flatten() {
+                for (sum, value) in mean.iter_mut().zip(&item.values) {
                     *sum += weight * scale * value;
                 }
             }
@@ -346,7 +385,7 @@ fn tell(
     cells: &str,
     response: &str,
     levels: &Levels,
-    (name, scenes): &(String, Vec<&[Cluster]>),
+    (name, scenes): &(String, Vec<&[Observed]>),
     seed: u64,
 ) {
     let (design, scenes) = (levels.design(), strata(scenes));
@@ -413,7 +452,7 @@ fn cell_rows(
     for (scene, _) in scene_sets(&observed[0]) {
         let of_scene = |name: &str| scene == ALL || scene == name;
         let means = observed.each_ref().map(|observations| {
-            let scenes: Vec<&[Cluster]> =
+            let scenes: Vec<&[Observed]> =
                 observations.iter().filter(|(name, _)| of_scene(name)).map(|(_, c)| c.as_slice()).collect();
             (!scenes.is_empty()).then(|| mean_response(&strata(&scenes), size, |n| (0..n).collect()))
         });

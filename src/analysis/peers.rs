@@ -3,11 +3,11 @@
 //! The time of a chunk is the median over its rounds, or the sum of the separate times of its poses if that is less. Each pose's time is a
 //! median and includes one reading of the clock. If the sum is less, something else interrupted the passes; long passes are interrupted
 //! most, which would make slow engines look slower. A mean time is the sum over chunks divided by the number of poses. A ratio is the ratio
-//! of mean times on the same chunks. Its interval is that of [`super::totals`] with chunks as clusters, stratum by stratum, because poses of
-//! a chunk depend on one another. A single chunk has no interval.
+//! of mean times on the same chunks. Its interval is that of [`super::totals`], stratum by stratum, because poses of a chunk depend on one
+//! another. Chunks that share a line are one cluster. A single cluster has no interval.
 
 use super::stats::{Interval, median, quantile};
-use super::totals::{Observation, Totals};
+use super::totals::{Observation, Totals, clusters};
 use crate::record::peers::ALL_STRATA;
 use crate::record::{
     PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, read_rows, write_rows,
@@ -147,6 +147,18 @@ fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64
     })
 }
 
+/// The clusters of chunks by scene, mode, and pair.
+type Clusters<'a> = BTreeMap<(&'a str, &'a str, &'a str), BTreeMap<u32, u32>>;
+
+fn clusters_by_pair(answers: &[PeerAnswerRow]) -> Clusters<'_> {
+    let mut poses: BTreeMap<_, Vec<(u32, u32)>> = BTreeMap::new();
+    for row in answers {
+        let key = (row.scene.as_str(), row.mode.as_str(), row.pair.as_str());
+        poses.entry(key).or_default().push((row.chunk, row.line));
+    }
+    poses.into_iter().map(|(key, poses)| (key, clusters(poses))).collect()
+}
+
 /// Ratios of every engine to the first of `references` that took part, by setting; settings without a reference have none.
 pub fn ratios(
     timings: &[PeerTimingRow],
@@ -155,7 +167,7 @@ pub fn ratios(
     references: &[String],
     seed: u64,
 ) -> Vec<PeerRatioRow> {
-    let chunks = chunks_by_engine(timings, answers);
+    let (chunks, clusters) = (chunks_by_engine(timings, answers), clusters_by_pair(answers));
     let p99: BTreeMap<_, f64> =
         rows.iter().map(|row| ((&row.engine, &row.scene, &row.mode, &row.stratum), row.p99_ns)).collect();
     let mut found = Vec::new();
@@ -163,8 +175,12 @@ pub fn ratios(
         let of = |engine: &str| chunks.get(&(setting.clone(), engine.to_owned()));
         let held_against = references.iter().find_map(|reference| Some((reference, of(reference)?)));
         let (Some(own), Some((reference, others))) = (of(&engine), held_against) else { continue };
+        let cluster = |(pair, chunk): &Chunk| {
+            let of_pair = clusters.get(&(setting.0.as_str(), setting.1.as_str(), pair.as_str()));
+            of_pair.and_then(|of_pair| of_pair.get(chunk)).copied().unwrap_or(*chunk)
+        };
         for stratum in strata() {
-            let Some(totals) = Totals::of(paired(own, others, stratum)) else { continue };
+            let Some(totals) = Totals::of(paired(own, others, stratum, &cluster)) else { continue };
             let name = stratum_name(stratum);
             let estimate = totals.estimate(seed, &format!("{} {} {name}", setting.0, setting.1));
             let Interval { value, low, high } = match estimate.clusters {
@@ -188,18 +204,31 @@ pub fn ratios(
     found
 }
 
-/// The times of the chunks that both engines have, or of those of one stratum: the other engine's over this engine's, ns.
-fn paired(own: &Chunks, others: &Chunks, stratum: Option<Stratum>) -> Vec<Observation> {
+/// The times of the chunks that both engines have, or of those of one stratum: the other engine's over this engine's, ns. `cluster` gives the
+/// cluster of a chunk within its pair.
+fn paired(
+    own: &Chunks,
+    others: &Chunks,
+    stratum: Option<Stratum>,
+    cluster: &dyn Fn(&Chunk) -> u32,
+) -> Vec<Observation> {
     let asked = own.iter().filter(|(_, chunk)| stratum.is_none_or(|stratum| stratum == chunk.0));
-    let both = asked.filter_map(|(key, chunk)| Some((chunk.0, others.get(key)?.2, chunk.2)));
-    let observation = |(cluster, (stratum, numerator, denominator)): (u32, (Stratum, f64, f64))| Observation {
-        stratum: stratum as u32,
-        cluster,
+    let both =
+        asked.filter_map(|(key, chunk)| Some(((key.0.as_str(), cluster(key)), chunk.0, others.get(key)?.2, chunk.2)));
+    let both: Vec<_> = both.collect();
+    let mut strata: BTreeMap<(&str, u32), BTreeSet<Stratum>> = BTreeMap::new();
+    for (cluster, stratum, ..) in &both {
+        strata.entry(*cluster).or_default().insert(*stratum);
+    }
+    let observations = both.iter().map(|&(cluster, stratum, numerator, denominator)| Observation {
+        // Clusters that span strata are drawn as one.
+        stratum: if strata[&cluster].len() > 1 { Stratum::ALL.len() as u32 } else { stratum as u32 },
+        cluster: strata.range(..cluster).count() as u32,
         launch: 0,
         numerator,
         denominator,
-    };
-    (0..).zip(both).map(observation).collect()
+    });
+    observations.collect()
 }
 
 #[cfg(test)]
@@ -227,6 +256,7 @@ mod tests {
             pair: "a:b".into(),
             mode: "first".into(),
             pose,
+            line: pose,
             chunk: pose / 2,
             stratum: if pose < 2 { Stratum::Colliding } else { Stratum::Far },
             exact,
@@ -290,5 +320,16 @@ mod tests {
         assert!(rows[1..].iter().all(|row| row.2.is_nan() && row.3.is_nan()), "{rows:?}");
         assert!(of("slow").iter().all(|row| row.1 == 1.0));
         assert!(ratios(&timings(), &[], &[], &["nobody".to_owned()], 1).is_empty());
+    }
+
+    /// Chunks 0 and 1 on two lines are two clusters; on one line they are one, which has no interval. A time of 0 was never taken.
+    #[test]
+    fn chunks_that_share_a_line_are_one_cluster() {
+        for (line, has_interval) in [(2, true), (0, false)] {
+            let answers = [answer(0, 1, 0, 1, 0), PeerAnswerRow { line, ..answer(2, 0, 0, 0, 0) }];
+            let found = ratios(&timings(), &answers, &[], &["slow".to_owned()], 1);
+            let all = found.iter().find(|row| row.engine == "fast" && row.stratum == ALL_STRATA).unwrap();
+            assert_eq!((all.ratio, all.low.is_finite(), all.high.is_finite()), (5.0, has_interval, has_interval));
+        }
     }
 }

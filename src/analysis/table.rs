@@ -325,23 +325,9 @@ impl Scene {
     /// Gives chunks that share a line, directly or through others, the same cluster: the smallest of their numbers. Whole programs are not
     /// a sample of poses, so each stays a cluster of its own.
     fn find_clusters(&mut self) {
-        let mut of_line: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-        for &(chunk, line) in self.poses.values().filter(|(chunk, _)| !self.chunks[chunk].is_program()) {
-            of_line.entry(line).or_default().insert(chunk);
-        }
-        loop {
-            let mut changed = false;
-            for chunks in of_line.values() {
-                let least = chunks.iter().map(|chunk| self.chunks[chunk].cluster).min().expect("a line has a pose");
-                for number in chunks {
-                    let chunk = self.chunks.get_mut(number).expect("its pose was read");
-                    changed |= chunk.cluster != least;
-                    chunk.cluster = least;
-                }
-            }
-            if !changed {
-                break;
-            }
+        let poses = self.poses.values().copied().filter(|(chunk, _)| !self.chunks[chunk].is_program());
+        for (number, cluster) in totals::clusters(poses) {
+            self.chunks.get_mut(&number).expect("its pose was read").cluster = cluster;
         }
         let mut strata: BTreeMap<u32, BTreeSet<Stratum>> = BTreeMap::new();
         self.chunks.values().for_each(|chunk| {

@@ -19,7 +19,7 @@
 
 use super::stats::{Interval, RESAMPLES, below, generator, over_strata, quantile, student_95, student_tails};
 use rand_pcg::Pcg64;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A ratio of totals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +126,28 @@ impl Binaries {
 
 /// Numerator and denominator of a cluster in each launch; `None` where it was not observed.
 type Cluster = Vec<Option<(f64, f64)>>;
+
+/// The cluster of each chunk, from the chunk and the line of every pose: chunks that share a line, directly or through others, have the smallest
+/// of their numbers.
+pub(super) fn clusters<L: Ord>(poses: impl IntoIterator<Item = (u32, L)>) -> BTreeMap<u32, u32> {
+    let mut of_line: BTreeMap<L, BTreeSet<u32>> = BTreeMap::new();
+    for (chunk, line) in poses {
+        of_line.entry(line).or_default().insert(chunk);
+    }
+    let mut clusters: BTreeMap<u32, u32> = of_line.values().flatten().map(|&chunk| (chunk, chunk)).collect();
+    loop {
+        let mut changed = false;
+        for chunks in of_line.values() {
+            let least = chunks.iter().map(|chunk| clusters[chunk]).min().expect("a line has a pose");
+            for &chunk in chunks {
+                changed |= clusters.insert(chunk, least) != Some(least);
+            }
+        }
+        if !changed {
+            return clusters;
+        }
+    }
+}
 
 /// One observation of a ratio's numerator and denominator.
 #[derive(Clone, Copy, Debug)]

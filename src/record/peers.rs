@@ -72,6 +72,10 @@ pub struct PeerAnswerRow {
     pub mode: String,
     /// Number of the pose within the pair, from 0.
     pub pose: u32,
+    /// The approach, ray or stretch of a path that the pose lies on, numbered within the pair; in mode `path` that of the chunk's first pose, in mode `motion`
+    /// each motion is one. Absent from older records, where each pair is taken for one line.
+    #[serde(default)]
+    pub line: u32,
     /// Number of its chunk within the pair.
     pub chunk: u32,
     /// Distance stratum of the chunk.

@@ -1,6 +1,7 @@
 //! Audits made up with known effects.
 
 use super::*;
+use crate::record::Band;
 use crate::record::synthetic::{Plan, Run};
 use rand::Rng;
 use tempfile::TempDir;
@@ -23,7 +24,7 @@ fn cells() -> Vec<([String; 4], f64)> {
     cells
 }
 
-/// Two scenes with three chunks each. Volume tests per pose are 1200 × scene × chunk × planted effect. Boxes with the drifted centre rule
+/// Two scenes with three chunks each, on lines of their own. Volume tests per pose are 1200 × scene × chunk × planted effect. Boxes with the drifted centre rule
 /// are unsafe and miss a tenth of the contacts.
 fn write(folder: &Path) {
     Run::generate(&Plan::default()).manifest.write(folder).unwrap();
@@ -66,9 +67,32 @@ fn write(folder: &Path) {
             });
         }
     }
+    write_poses(folder, [0, 1, 2]);
     write_rows(folder, &factors).unwrap();
     write_rows(folder, &rows).unwrap();
     write_rows(folder, &trees).unwrap();
+}
+
+/// A pose of each chunk on the given line.
+fn write_poses(folder: &Path, lines: [u32; 3]) {
+    let pose = |scene: &str, chunk: u32, line: u32| PoseRow {
+        scene: scene.into(),
+        pose: chunk,
+        pair: "a:b".into(),
+        workload: "random".into(),
+        program: String::new(),
+        line,
+        step: chunk,
+        chunk,
+        stratum: if chunk == 0 { Stratum::Colliding } else { Stratum::Far },
+        band: if chunk == 0 { Band::Millimetre } else { Band::Clear },
+        clearance_mm: None,
+        exact: u8::from(chunk == 0),
+        contained: 0,
+        judged: None,
+    };
+    let of_scene = |scene| (0..).zip(lines).map(move |(chunk, line)| pose(scene, chunk, line));
+    write_rows(folder, &["mill", "lathe"].into_iter().flat_map(of_scene).collect::<Vec<_>>()).unwrap();
 }
 
 fn near(a: f64, b: f64) -> bool {
@@ -131,6 +155,31 @@ fn a_stratum_of_one_chunk_is_no_certainty() {
     }
 }
 
+/// Chunks that share a line are drawn as one. The colliding chunk (a factor 4 between the levels of orientation, where the far ones have 2) and one far
+/// chunk on one line are one of two clusters; three chunks on one line are one cluster, which has no interval. Values stay.
+#[test]
+fn chunks_that_share_a_line_are_one_cluster() {
+    let effect = |lines: [u32; 3]| {
+        let folder = TempDir::new().unwrap();
+        write(folder.path());
+        write_poses(folder.path(), lines);
+        let mut rows: Vec<CountRow> = read_rows(folder.path()).unwrap();
+        let is_counted_twice = |row: &&mut CountRow| row.chunk == 0 && row.case.starts_with("level-");
+        rows.iter_mut().filter(is_counted_twice).for_each(|row| row.volume_tests *= 2);
+        write_rows(folder.path(), &rows).unwrap();
+        let effects = analyze_audit(folder.path()).unwrap().effects;
+        let is_it = |row: &&AuditEffectRow| {
+            (&*row.scene, &*row.cells, &*row.response, &*row.level) == ("mill", SAFE, "volume-tests", "level")
+        };
+        let row = effects.iter().find(is_it).unwrap();
+        assert!(near(row.effect, 2.0_f64.powf(0.75)), "{row:?}");
+        [row.low, row.high]
+    };
+    let (apart, two, one) = (effect([0, 1, 2]), effect([0, 0, 1]), effect([7, 7, 7]));
+    assert!(two[0] < two[1] && two != apart, "{two:?} {apart:?}");
+    assert!(one.iter().all(|end| end.is_nan()), "{one:?}");
+}
+
 /// One scene with four strata of two chunks and no effect: the intervals of at most about 15 of 300 samples must miss it. With a factor by
 /// the degrees of freedom of all strata together, some 32 do.
 #[test]
@@ -142,10 +191,14 @@ fn strata_of_two_chunks_hold_what_they_promise() {
     let levels = Levels([[level("turned"), level("level")].concat(), level("tight"), level("halves"), level("1")]);
     let mut missed = 0;
     for sample in 0..300 {
-        let cluster = |number: u32| Cluster { group: (number / 2).to_string(), values: vec![normal(), 0.0] };
-        let clusters: Vec<Cluster> = (0..8).map(cluster).collect();
+        let chunk = |number: u32| Observed {
+            group: (number / 2).to_string(),
+            unit: number.to_string(),
+            values: vec![normal(), 0.0],
+        };
+        let chunks: Vec<Observed> = (0..8).map(chunk).collect();
         let mut outcome = AuditOutcome::default();
-        tell(&mut outcome, SAFE, "time", &levels, &("mill".to_owned(), vec![clusters.as_slice()]), sample);
+        tell(&mut outcome, SAFE, "time", &levels, &("mill".to_owned(), vec![chunks.as_slice()]), sample);
         let effect = &outcome.effects[0];
         missed += u32::from(effect.low > 1.0 || effect.high < 1.0);
     }

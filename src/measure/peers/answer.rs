@@ -291,6 +291,7 @@ mod tests {
             a_from_b: Isometry::translation(x, 0.0, 0.0),
             // 40 mm towards the torus.
             end: Some(Isometry::translation(x - 40.0, 0.0, 0.0)),
+            line: 0,
             exact: false,
             grazing: false,
             stratum: Stratum::Far,

@@ -171,18 +171,19 @@ fn truth(oracle: &PairOracle, motion: &Motion, reach_mm: f64) -> Truth {
 fn judged_motions(pair: String, a: Arc<Mesh>, b: Arc<Mesh>, motions: &[Motion]) -> PosedMeshes {
     let oracle = PairOracle::new(Arc::clone(&a), Arc::clone(&b));
     let reach_mm = reach_mm(&b);
-    let question = |motion: &Motion| {
+    let question = |(number, motion): (usize, &Motion)| {
         let truth = truth(&oracle, motion, reach_mm);
         Question {
             a_from_b: motion.start,
             end: Some(motion.at(1.0)),
+            line: number as u32,
             exact: truth.contact.is_some(),
             grazing: truth.is_grazing,
             stratum: Stratum::of(truth.contact.is_some(), truth.least_mm),
             value: truth.contact.map(|[free_to, touching]| f64::midpoint(free_to, touching)),
         }
     };
-    let mut questions: Vec<Question> = motions.par_iter().map(question).collect();
+    let mut questions: Vec<Question> = motions.par_iter().enumerate().map(question).collect();
     questions.sort_by_key(|question| question.stratum as u8);
     let mut posed = PosedMeshes { pair, a, b, questions: Vec::new(), chunks: Vec::new() };
     for of_stratum in questions.chunk_by(|one, other| one.stratum == other.stratum) {

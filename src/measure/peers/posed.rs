@@ -24,6 +24,7 @@ use crate::truth::{PairOracle, Sought, TruthCache, judge_all};
 use crate::workload::Source;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -41,6 +42,8 @@ pub struct Question {
     pub a_from_b: Isometry,
     /// Where a motion from there ends, in mode `motion`; the rest is then said of the motion.
     pub end: Option<Isometry>,
+    /// The line that the pose lies on, numbered within the pair; in mode `path` that of the chunk's first pose, in mode `motion` each motion is one.
+    pub line: u32,
     /// Whether the surfaces touch, exactly.
     pub exact: bool,
     /// Whether they are within [`Band::GRAZING_MM`] of first contact; in mode `motion` whether the motion comes near contact without a sure one.
@@ -107,12 +110,19 @@ pub fn questions(
             chunks: Vec::new(),
         };
         let oracle = PairOracle::new(Arc::clone(&posed.a), Arc::clone(&posed.b));
+        // Workloads number their lines each from 0.
+        let mut lines: BTreeMap<(usize, u32), u32> = BTreeMap::new();
         for chunk in chunks.iter().filter(|chunk| usable[chunk.pair].pair == pair) {
             let all = &usable[chunk.pair].poses;
-            match mode {
-                Mode::Path(step) => posed.add(fine_steps(&oracle, all, chunk, step)),
-                _ => posed.add(chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect()),
+            let mut asked: Vec<Question> = match mode {
+                Mode::Path(step) => fine_steps(&oracle, all, chunk, step),
+                _ => chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect(),
+            };
+            for question in &mut asked {
+                let next = lines.len() as u32;
+                question.line = *lines.entry((chunk.pair, question.line)).or_insert(next);
             }
+            posed.add(asked);
         }
         if mode == Mode::Batch {
             posed.one_chunk_a_stratum();
@@ -138,11 +148,13 @@ fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {
         Mode::Distance => Some(oracle.clearance_mm(&pose.a_from_b, f64::INFINITY)),
         Mode::First | Mode::Path(_) | Mode::Batch | Mode::Motion => None,
     };
-    Question { a_from_b: pose.a_from_b, end: None, exact: pose.touches(), grazing, stratum: pose.stratum, value }
+    let (a_from_b, stratum) = (pose.a_from_b, pose.stratum);
+    Question { a_from_b, end: None, line: pose.line, exact: pose.touches(), grazing, stratum, value }
 }
 
 /// Fine steps along the path, from a chunk's first pose.
 fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk, step: Step) -> Vec<Question> {
+    let line = path[chunk.poses[0]].line;
     let path: Vec<Isometry> = path[chunk.poses[0]..].iter().map(|pose| pose.a_from_b).collect();
     let poses = stepped(&path, oracle.mesh_b().vertices(), step.mm());
     let judgements = judge_all(oracle, &poses, &Sought::Borders(&Stratum::BORDERS_MM), &|_| {});
@@ -151,7 +163,7 @@ fn fine_steps(oracle: &PairOracle, path: &[JudgedPose], chunk: &Chunk, step: Ste
         let stratum = Stratum::of(exact, judgement.clearance_mm);
         // How deep a step is nobody has found; grazing ones are known from the free side only.
         let grazing = stratum == Stratum::NearMiss && oracle.clearance_mm(&a_from_b, Band::GRAZING_MM).is_finite();
-        Question { a_from_b, end: None, exact, grazing, stratum, value: None }
+        Question { a_from_b, end: None, line, exact, grazing, stratum, value: None }
     });
     judged.collect()
 }
@@ -344,6 +356,7 @@ mod tests {
         let question = |stratum| Question {
             a_from_b: Isometry::identity(),
             end: None,
+            line: 0,
             exact: true,
             grazing: false,
             stratum,
@@ -366,6 +379,7 @@ mod tests {
         let question = |x| Question {
             a_from_b: pose(x),
             end: Some(pose(-x)),
+            line: 0,
             exact: true,
             grazing: false,
             stratum: Stratum::Medium,

@@ -113,6 +113,7 @@ mod tests {
             pair: "a:b".into(),
             mode: "distance".into(),
             pose,
+            line: 0,
             chunk: 0,
             stratum: Stratum::Far,
             exact,
