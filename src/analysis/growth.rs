@@ -1,13 +1,16 @@
 //! How costs grow with the size of the meshes: the exponent of a power law over the sweep of mesh size.
 //!
-//! Every group of lines in a stratum gives one slope, by least squares over the logarithms; for builds, every block gives one. The exponent
-//! is the mean of the slopes, with a bootstrap interval over them; a single slope has none.
+//! Every group of lines gives one slope in each stratum, by least squares over the logarithms; for builds, every block gives one. The slopes of
+//! a group depend on one another, so that a group counts with their mean. The exponent is the mean over groups, with a bootstrap interval over
+//! them; a single group has none. The exponent of each stratum is told beside it.
 
 use super::AnalysisError;
-use super::stats::bootstrap_mean;
+use super::distinct;
+use super::stats::{bootstrap_mean, mean};
+use super::summary::ALL;
 use super::sweep::Swept;
 use crate::record::rows::CaseKey;
-use crate::record::{BuildRow, CountRow, Row, SweepGrowthRow, TimingRow, read_rows_if_there, write_rows};
+use crate::record::{BuildRow, CountRow, Row, Stratum, SweepGrowthRow, TimingRow, read_rows_if_there, write_rows};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -16,8 +19,8 @@ pub const COSTS: [&str; 4] = ["build", "time", "volume-tests", "triangle-tests"]
 /// Fewest sizes from which a slope is computed.
 const FEWEST_SIZES: usize = 3;
 
-/// Identifies one slope: a group of lines in a stratum, which is the chunk of the same number at every size, or a block of builds.
-type Unit = u32;
+/// Identifies one slope: a group of lines and a stratum, or a block of builds.
+type Unit = (u32, Option<Stratum>);
 /// Observed costs by case, cost and unit, then by number of triangles (as bits).
 type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>;
 
@@ -28,6 +31,8 @@ type Costs = BTreeMap<(CaseKey, usize), BTreeMap<Unit, BTreeMap<u64, Vec<f64>>>>
 pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<Vec<SweepGrowthRow>, AnalysisError> {
     let mut costs = Costs::new();
     let mut order: Vec<CaseKey> = Vec::new();
+    // A chunk of the same number is the same group and stratum at every size.
+    let unit = |row: &CountRow| (row.chunk / Stratum::ALL.len() as u32, row.stratum);
     let mut add = |case: CaseKey, cost: usize, unit: Unit, triangles: f64, value: f64| {
         if value > 0.0 {
             let units = costs.entry((case, cost)).or_default();
@@ -39,44 +44,66 @@ pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<
         if !order.contains(&case) {
             order.push(case.clone());
         }
-        add(case.clone(), 2, row.chunk, x, row.volume_tests as f64 / row.queries as f64);
-        add(case, 3, row.chunk, x, row.triangle_tests as f64 / row.queries as f64);
+        add(case.clone(), 2, unit(row), x, row.volume_tests as f64 / row.queries as f64);
+        add(case, 3, unit(row), x, row.triangle_tests as f64 / row.queries as f64);
     }
-    for (_, timing, ns) in swept.samples()? {
+    for (counted, timing, ns) in swept.samples()? {
         let (x, case) = swept.place(TimingRow::FILE, &timing.scene, &timing.case)?;
-        add(case, 1, timing.chunk, x, ns);
+        add(case, 1, unit(counted), x, ns);
     }
     for row in read_rows_if_there::<BuildRow>(folder)? {
         let (x, case) = swept.place(BuildRow::FILE, &row.scene, &row.case().name())?;
-        add(case, 0, row.block, x, row.ns as f64);
+        add(case, 0, (row.block, None), x, row.ns as f64);
     }
     let mut found = Vec::new();
     for case in order {
         for (cost, metric) in COSTS.into_iter().enumerate() {
             let Some(units) = costs.get(&(case.clone(), cost)) else { continue };
-            let slopes: Vec<f64> = units.values().filter_map(slope).collect();
-            if slopes.is_empty() {
-                continue;
-            }
-            let exponent = bootstrap_mean(&slopes, seed, &format!("growth {metric}"));
+            let slopes: BTreeMap<Unit, f64> =
+                units.iter().filter_map(|(unit, costs)| Some((*unit, slope(costs)?))).collect();
             let sizes = || units.values().flat_map(BTreeMap::keys).map(|&bits| f64::from_bits(bits) as u64);
-            found.push(SweepGrowthRow {
-                sweep: swept.sweep.clone(),
-                variant: case.variant.clone(),
-                split: case.split.clone(),
-                split_axes: case.split_axes.clone(),
-                leaf: case.leaf,
-                metric: metric.to_owned(),
-                from_triangles: sizes().min().unwrap_or(0),
-                to_triangles: sizes().max().unwrap_or(0),
-                exponent: exponent.value,
-                low: exponent.low,
-                high: exponent.high,
-            });
+            for (stratum, slopes) in by_stratum(&slopes) {
+                let exponent = bootstrap_mean(&slopes, seed, &format!("growth {metric}"));
+                found.push(SweepGrowthRow {
+                    sweep: swept.sweep.clone(),
+                    variant: case.variant.clone(),
+                    split: case.split.clone(),
+                    split_axes: case.split_axes.clone(),
+                    leaf: case.leaf,
+                    stratum: stratum.map_or(ALL, Stratum::id).to_owned(),
+                    metric: metric.to_owned(),
+                    from_triangles: sizes().min().unwrap_or(0),
+                    to_triangles: sizes().max().unwrap_or(0),
+                    exponent: exponent.value,
+                    low: exponent.low,
+                    high: exponent.high,
+                });
+            }
         }
     }
     write_rows(folder, &found)?;
     Ok(found)
+}
+
+/// The slopes of all strata together, of each group that has one in every stratum the mean; then those of each stratum, if there are several.
+/// Sets without a slope are left out.
+fn by_stratum(slopes: &BTreeMap<Unit, f64>) -> Vec<(Option<Stratum>, Vec<f64>)> {
+    let strata = distinct(slopes.keys().map(|(_, stratum)| *stratum));
+    let mut groups: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for ((group, _), slope) in slopes {
+        groups.entry(*group).or_default().push(*slope);
+    }
+    let whole = groups.into_values().filter(|of_group| of_group.len() == strata.len());
+    let mut found = vec![(None, whole.map(|of_group| mean(&of_group)).collect::<Vec<f64>>())];
+    if strata.len() > 1 {
+        let of = |stratum: Option<Stratum>| {
+            let of_it = slopes.iter().filter(|(unit, _)| unit.1 == stratum);
+            of_it.map(|(_, slope)| *slope).collect::<Vec<f64>>()
+        };
+        found.extend(strata.into_iter().map(|stratum| (stratum, of(stratum))));
+    }
+    found.retain(|(_, slopes)| !slopes.is_empty());
+    found
 }
 
 /// The slope of a straight line through the logarithms of the costs over the logarithms of the sizes. Several costs at one size count by
@@ -115,6 +142,21 @@ mod tests {
         assert_eq!(of(1.0, &[1e3, 1e6]), None);
     }
 
+    /// Two groups whose slopes go together: 0.1 and 0.3 in contact, 0.2 and 0.4 near it. A group counts once, with its mean; a third group without
+    /// a slope near contact counts there alone where it has one.
+    #[test]
+    fn a_group_of_lines_counts_once() {
+        let (hit, near) = (Some(Stratum::Colliding), Some(Stratum::NearMiss));
+        let slopes = [(0, hit, 0.1), (0, near, 0.2), (1, hit, 0.3), (1, near, 0.4), (2, hit, 0.8)];
+        let slopes = slopes.map(|(group, stratum, slope)| ((group, stratum), slope)).into_iter().collect();
+        let found = by_stratum(&slopes);
+        let strata: Vec<_> = found.iter().map(|(stratum, slopes)| (*stratum, slopes.len())).collect();
+        assert_eq!(strata, [(None, 2), (hit, 3), (near, 2)]);
+        assert!((found[0].1[0] - 0.15).abs() < 1e-12 && (found[0].1[1] - 0.35).abs() < 1e-12, "{found:?}");
+        assert_eq!(by_stratum(&BTreeMap::from([((0, None), 1.0), ((1, None), 1.1)])), [(None, vec![1.0, 1.1])]);
+        assert!(by_stratum(&BTreeMap::new()).is_empty());
+    }
+
     #[test]
     fn growth_is_told_of_builds_and_queries() {
         let folder = tempfile::tempdir().unwrap();
@@ -145,11 +187,11 @@ mod tests {
                 binary: 0,
                 launch: 0,
                 block: 0,
-                chunk: block,
+                chunk: 4 * block,
                 passes: 2,
                 ns: (triangles.sqrt() * 1e6) as u64,
             });
-            let counts = CountRow::new(&scene, &case.case, block, Some(Stratum::Colliding));
+            let counts = CountRow::new(&scene, &case.case, 4 * block, Some(Stratum::Colliding));
             counted.push(CountRow { poses: 4, queries: 4, volume_tests: 40, ..counts });
         }
         Run::generate(&Plan::default()).manifest.write(folder.path()).unwrap();

@@ -4,6 +4,7 @@ use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, merge, say, style};
 use crate::analysis::growth::COSTS;
+use crate::analysis::summary::ALL;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
 use crate::measure::shard::Shard;
@@ -14,6 +15,7 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::Table;
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -108,16 +110,19 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
 fn growth(rows: &[SweepGrowthRow]) -> Table {
     let header = std::iter::once("GROWTH: COST ~ TRIANGLES^X".to_owned()).chain(COSTS.map(str::to_uppercase));
     let mut table = style::plain(header);
-    let mut variants: Vec<&str> = rows.iter().map(|row| &*row.variant).collect();
-    variants.dedup();
-    for variant in variants {
+    let mut cases: Vec<(&str, &str)> = rows.iter().map(|row| (&*row.variant, &*row.stratum)).collect();
+    let mut seen = BTreeSet::new();
+    cases.retain(|case| seen.insert(*case));
+    for (variant, stratum) in cases {
         let exponent = |cost: &str| {
-            let row = rows.iter().find(|row| row.variant == variant && row.metric == cost);
+            let mut of_it = rows.iter().filter(|row| row.variant == variant && row.stratum == stratum);
+            let row = of_it.find(|row| row.metric == cost);
             row.map_or_else(String::new, |SweepGrowthRow { exponent, low, high, .. }| {
                 if low.is_finite() { format!("{exponent:.2} [{low:.2}, {high:.2}]") } else { format!("{exponent:.2}") }
             })
         };
-        table.add_row(std::iter::once(variant.to_owned()).chain(COSTS.map(exponent)));
+        let name = if stratum == ALL { variant.to_owned() } else { format!("{variant}, {stratum}") };
+        table.add_row(std::iter::once(name).chain(COSTS.map(exponent)));
     }
     table
 }

@@ -6,6 +6,7 @@ use super::ticks::{Scale, number};
 use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
 use crate::analysis::distinct;
 use crate::analysis::growth::COSTS;
+use crate::analysis::summary::ALL;
 use crate::record::{BuildRow, Manifest, Stratum, SweepGrowthRow, SweepSummaryRow, has_rows, read_rows};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -61,7 +62,8 @@ fn builds_panel(variants: &[Entry], rows: &[BuildRow], axis: &'static str) -> Pa
 /// The exponents of growth.
 fn growth_panel(variants: &[Entry], rows: &[SweepGrowthRow]) -> Panel {
     let point = |entry: &Entry, cost: &str| {
-        let row = rows.iter().find(|row| row.variant == entry.id && row.metric == cost)?;
+        let mut of_it = rows.iter().filter(|row| row.variant == entry.id && row.metric == cost);
+        let row = of_it.find(|row| row.stratum == ALL)?;
         Some(Point { value: row.exponent, low: row.low, high: row.high })
     };
     Panel {

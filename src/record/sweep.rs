@@ -49,6 +49,8 @@ pub struct SweepGrowthRow {
     pub split_axes: String,
     /// Leaf size.
     pub leaf: u8,
+    /// Stratum of the queries; `all` is the mean of its strata's exponents by group of lines, and of builds.
+    pub stratum: String,
     /// `build` (time of one), `time`, `volume-tests` or `triangle-tests` of a query.
     pub metric: String,
     /// Fewest triangles of both bodies.
