@@ -2,7 +2,7 @@
 
 use super::claims::ClaimSet;
 use super::judge::{CLUSTERS_MIN, Effect, Verdict, ratio_verdict};
-use super::stats::{Interval, mean, wilson};
+use super::stats::{Interval, clustered_rate, equal_lines, mean};
 use super::summary::ALL;
 use super::totals::over_launches;
 use super::{AnalysisError, counted, distinct};
@@ -427,11 +427,13 @@ impl Ablation {
             let sum = |part: fn(&CountRow) -> u64| of_kind().map(part).sum::<u64>();
             let (touching, missed) = (sum(|row| row.touching), sum(|row| row.missed));
             let found: u64 = of_kind().filter(|row| row.verdict == Some(1)).map(|row| row.poses).sum();
-            // None missed of m independent poses is at most 3/m; poses of one path are worth fewer.
-            let (low, high) = match (touching, missed) {
-                (1.., 0) => (0.0, (3.0 / touching as f64).min(1.0)),
-                _ => wilson(missed, touching),
-            };
+            let mut lines: BTreeMap<(&str, u32), (u64, u64)> = BTreeMap::new();
+            for row in of_kind() {
+                let line = lines.entry((&row.scene, row.chunk)).or_default();
+                *line = (line.0 + row.missed, line.1 + row.touching);
+            }
+            let lines: Vec<(u64, u64)> = lines.into_values().collect();
+            let (low, high) = clustered_rate(&lines);
             let verdict = match (touching, missed) {
                 (0, _) => Verdict::NotJudged,
                 (_, 1..) => Verdict::Refuted,
@@ -446,7 +448,10 @@ impl Ablation {
                 low: Some(low),
                 high: Some(high),
                 missed: Some(missed),
-                note: format!("{missed} of {touching} poses with {kind} contact missed; said of {found}"),
+                note: format!(
+                    "{missed} of {touching} poses with {kind} contact missed, which are worth {:.1} lines; said of {found}",
+                    equal_lines(&lines)
+                ),
                 ..empty(claim, ALL)
             });
         }
@@ -537,20 +542,26 @@ mod tests {
         assert_eq!(verdicts(4), ("supported".to_owned(), "less".to_owned(), true));
     }
 
-    /// None of 5 poses missed is at most 60 %, and none of 3000 at most 0.1 %.
+    /// None missed on 5 lines is at most 60 %, and on 3000 at most 0.1 %, however many contacts a line has. 3000 contacts of one line show nothing.
     #[test]
-    fn few_contacts_show_no_absence() {
+    fn few_lines_show_no_absence() {
         let claim =
             ClaimSet::standard().thesis.into_iter().find(|claim| claim.id.get_ref() == "local-and-global").unwrap();
-        let verdict = |touching: u64, missed: u64| {
-            let counts = CountRow { touching, missed, ..CountRow::new("a", "local", 0, None) };
-            let evidence = Ablation { rows: Vec::new(), kinds: vec![counts], times: Vec::new() };
+        let verdict = |lines: u32, touching: u64, missed: u64| {
+            let line = |chunk| CountRow {
+                touching,
+                missed: if chunk == 0 { missed } else { 0 },
+                ..CountRow::new("a", "local", chunk, None)
+            };
+            let evidence = Ablation { rows: Vec::new(), kinds: (0..lines).map(line).collect(), times: Vec::new() };
             let row = evidence.judge(&claim).remove(0);
             (row.verdict, row.high)
         };
-        assert_eq!(verdict(5, 0), ("undecided".to_owned(), Some(0.6)));
-        assert_eq!(verdict(3000, 0), ("supported".to_owned(), Some(0.001)));
-        assert_eq!(verdict(3000, 1).0, "refuted");
-        assert_eq!(verdict(0, 0).0, "not-judged");
+        assert_eq!(verdict(5, 1, 0), ("undecided".to_owned(), Some(0.6)));
+        assert_eq!(verdict(1, 3000, 0), ("undecided".to_owned(), Some(1.0)));
+        assert_eq!(verdict(3000, 1, 0), ("supported".to_owned(), Some(0.001)));
+        assert_eq!(verdict(3000, 2, 0), ("supported".to_owned(), Some(0.001)));
+        assert_eq!(verdict(3000, 2, 1).0, "refuted");
+        assert_eq!(verdict(0, 0, 0).0, "not-judged");
     }
 }

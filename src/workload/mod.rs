@@ -129,7 +129,7 @@ pub enum WorkloadError {
 }
 
 /// Number of neighbouring poses on a path that form a cluster.
-const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// The block that contains the pose of the given index.
 const fn block_of(index: usize) -> u32 {

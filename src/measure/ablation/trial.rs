@@ -13,6 +13,7 @@ use crate::record::rows::CaseKey;
 use crate::record::{BuildRow, CaseRow, CountRow, FactorRow, Kind, TreeRow};
 use crate::registry::Variant;
 use crate::truth::PairOracle;
+use crate::workload::BLOCK;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -245,7 +246,7 @@ impl Trial {
     }
 
     /// Counts local and global interference separately: the deepest places of the cutter, and those of shank and holder, beside the exact
-    /// ground truth on the meshes of these parts.
+    /// ground truth on the meshes of these parts. Each stretch of the path is a chunk, because its poses depend on one another.
     fn count_kinds(&self, tool: &ToolSubject, rows: &mut Rows) {
         let Contender::Octree { octree, .. } = &self.contender else { return };
         let boxed = BoxedTool::new(tool.tool.clone(), SecondLevel::None);
@@ -257,17 +258,19 @@ impl Trial {
                 (oracle.touches(pose), hits.iter().any(|hit| hit.body.is_local() == is_local))
             };
             let answers: Vec<(bool, bool)> = self.posed.poses.par_iter().map(answer).collect();
-            let mut counts = [1, 0].map(|verdict| self.empty(kind, verdict));
-            for (touching, found) in answers {
-                let row = &mut counts[usize::from(!found)];
-                row.poses += 1;
-                row.queries += 1;
-                row.touching += u64::from(touching);
-                row.missed += u64::from(touching && !found);
+            for (chunk, answers) in (0..).zip(answers.chunks(BLOCK)) {
+                let mut counts = [1, 0].map(|verdict| CountRow { chunk, ..self.empty(kind, verdict) });
+                for &(touching, found) in answers {
+                    let row = &mut counts[usize::from(!found)];
+                    row.poses += 1;
+                    row.queries += 1;
+                    row.touching += u64::from(touching);
+                    row.missed += u64::from(touching && !found);
+                }
+                rows.counts.extend(counts.into_iter().filter(|row| row.poses > 0));
             }
             rows.cases.push(case_row(kind, Kind::Sampling, self.form.safe, false));
             rows.factors.push(FactorRow::of_case(kind, "kind", kind.to_owned()));
-            rows.counts.extend(counts);
         }
     }
 
