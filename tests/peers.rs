@@ -69,7 +69,8 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     }
     let ratios = rows(&folder.path("out/peer-ratios.csv"));
     let own = ratios.iter().find(|row| cell(row, "engine") == "obb-area" && cell(row, "stratum") == "all").unwrap();
-    assert_eq!(["ratio", "low", "high"].map(|column| cell(own, column)), ["1.0"; 3]);
+    // All chunks share lines: one cluster has no interval.
+    assert_eq!(["ratio", "low", "high"].map(|column| cell(own, column)), ["1.0", "NaN", "NaN"]);
 
     // Our own program goes by its name: where it lies says nothing on another machine.
     let setting = fs::read_to_string(folder.path("out/peers-first.json")).unwrap();
