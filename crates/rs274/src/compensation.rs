@@ -53,7 +53,7 @@ const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's plac
 const NARROW_ARC: Cause = Cause::Compensation("the tool's radius is not less than the arc's");
 
 const STRAIGHT_IN: &str = "the move that leads in is followed by an outside corner: it goes straight to beside the start of the next move, as with Fanuc's parameter 5003#0 (SUP) at 0, type A; with type B the tool goes beside its end and round the corner";
-const ROUND_IN: &str = "the move that leads in is followed by an outside corner: the tool goes beside its end and round the corner, as with type B of Haas's Setting 43; with type A it goes straight to beside the start of the next move";
+const ROUND_IN: &str = "the move that leads in is followed by an outside corner: the tool goes beside its end and round the corner, as with type B (Haas's Setting 43, Fanuc's parameter 5003#0); with type A it goes straight to beside the start of the next move";
 
 /// Whether and how the tool's centre leaves the programmed path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,6 +108,12 @@ struct Joint {
     is_open: bool,
 }
 
+impl Joint {
+    const fn plain(curve: Curve) -> Self {
+        Self { before: None, round: [None; 3], curve, is_blind: false, is_open: false }
+    }
+}
+
 impl Compensation {
     /// The compensation in force.
     pub fn on(&self) -> Option<&Offset> {
@@ -143,7 +149,7 @@ impl Offset {
             Curve::Line { to, direction, .. } => Curve::Line { from: self.at, to, direction },
             Curve::Arc { .. } => curve,
         };
-        let plain = Joint { before: None, round: [None; 3], curve: plain, is_blind: false, is_open: false };
+        let plain = Joint::plain(plain);
         let Some(Element { curve: last, leads_in, block: before, .. }) = self.last else { return Ok(plain) };
         if self.left == 0.0 {
             return Ok(plain);
@@ -210,7 +216,7 @@ impl Offset {
             Curve::Arc { from, .. } => (line(second, from), curve),
         };
         let between = if is_sharp { line(first, second) } else { None };
-        Joint { before: None, round: [line(self.at, first), between, rest], curve, is_blind: false, is_open: false }
+        Joint { round: [line(self.at, first), between, rest], ..Joint::plain(curve) }
     }
 }
 
@@ -373,7 +379,7 @@ impl Interpreter<'_> {
         let shifted = Curve::Arc { centre: circle.centre, from, to, sweep: circle.sweep }.shifted(offset.left);
         let joint = if leads_in {
             let curve = leading_in(offset.at, &shifted, turns).ok_or_else(|| fault(NO_LEAD_IN))?;
-            Joint { before: None, round: [None; 3], curve, is_blind: false, is_open: false }
+            Joint::plain(curve)
         } else {
             offset.join(from, shifted, self.nc_blocks).map_err(fault)?
         };
@@ -388,7 +394,7 @@ impl Interpreter<'_> {
             self.note("an inside corner behind two or more blocks without a move in the plane: the control does not see this move in time and overcuts the corner; with a larger parameter 19625 it does not".to_owned());
         }
         if joint.is_open {
-            let told = if self.setup.dialect == Dialect::Fanuc { STRAIGHT_IN } else { ROUND_IN };
+            let told = if joint.before.is_some() { STRAIGHT_IN } else { ROUND_IN };
             self.note_unknown(told.to_owned());
         }
         let block = self.nc_blocks;

@@ -219,8 +219,8 @@ impl Interpreter<'_> {
 
     /// Notes a cycle of Fanuc's controls that begins or ends below R.
     fn note_low_start(&mut self, repeats: i32, start: f64, initial: f64, retract: f64) {
-        let ends_low = !self.modes.retract_to_r && initial < retract;
-        if repeats > 0 && (start < retract || ends_low) {
+        let is_low = |height: f64| height < retract - ROUNDING_MM;
+        if repeats > 0 && (is_low(start) || !self.modes.retract_to_r && is_low(initial)) {
             self.note(
                 "a cycle begins below its R: the tool goes to the hole at that height, and with G98 comes back to it"
                     .to_owned(),

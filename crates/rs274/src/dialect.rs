@@ -217,7 +217,7 @@ pub(super) fn fanuc_m(number: i32, dialect: Dialect, lathe: bool) -> Meaning {
         | 31..=36
         | 38
         | 39
-        | 40..=45
+        | 40..=46
         | 51..=59
         | 61..=69
         | 70..=89

@@ -145,7 +145,7 @@ impl Interpreter<'_> {
             Some(code) => is_cycle(code),
             None => values.has_axis() && self.modes.motion.is_some_and(is_cycle),
         };
-        if !drills && !self.has_other_use_of_p(values) {
+        if !drills && !self.has_other_use_of_p(values) && !values.may_be_left('p') {
             return Ok(self.take_system(values)?.unwrap_or(0));
         }
         if let Some(number) = values.take('p').and_then(whole).filter(|number| (1..=MORE_SYSTEMS).contains(number)) {
@@ -162,7 +162,6 @@ impl Interpreter<'_> {
         groups.iter().any(|&group| values.code(group).is_some())
             || matches!(values.number(Group::NonModal), Some(40 | 100 | 300 | 531))
             || values.number(Group::Motion).is_some_and(|code| code >= own::FINISH)
-            || values.may_be_left('p')
     }
 
     fn take_system(&self, values: &Values) -> Result<Option<i32>, Fault> {

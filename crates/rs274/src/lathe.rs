@@ -175,7 +175,7 @@ impl Interpreter<'_> {
             let digits = values.take_whole('p', 0..=999_999, "P", "six digits: passes, run-out, angle")?.unwrap_or(0);
             self.lathe.springs = (digits / 10_000).unsigned_abs();
             self.lathe.least_cut = self.take_count(values, 'q').unwrap_or(0.0).abs();
-            self.lathe.last_cut = self.take_length(values, 'r').unwrap_or(0.0).abs();
+            self.lathe.last_cut = self.take_count(values, 'r').unwrap_or(0.0).abs();
             return Ok(());
         }
         self.refuse_still_spindle(values)?;
@@ -187,7 +187,7 @@ impl Interpreter<'_> {
             None => (self.take_count(values, 'p'), None),
         };
         let height = needed(height, "P or K, the height of the thread,")?;
-        let first = self.take_length(values, 'd').or_else(|| self.take_count(values, 'q'));
+        let first = self.take_count(values, 'd').or_else(|| self.take_count(values, 'q'));
         let first = needed(first, "Q or D, the first depth of cut,")?;
         let taper = self.take_length(values, 'r').or_else(|| self.take_length(values, 'i')).unwrap_or(0.0);
         values.drop_word('a');

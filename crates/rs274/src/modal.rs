@@ -224,7 +224,7 @@ impl Values {
                     return Err(fault(duplicate(block, word.letter, setup)));
                 }
                 let lacks_point = setup.dialect.is_fanuc_like() && word.lacks_point && number != 0.0;
-                if lacks_point && "xyzabcuvwijr".contains(word.letter) {
+                if lacks_point && "xyzabcuvw".contains(word.letter) {
                     values.notes.push(lacks_point_note(word.letter));
                 }
                 *entry = Some(Value { number, lacks_point, column: word.column, text: word.text.clone() });
@@ -439,7 +439,7 @@ impl Values {
     /// What the reader should know of words that have turned out to be lengths.
     pub fn late_notes(&self) -> impl Iterator<Item = String> {
         let is_late = |letter: &char| self.is_length(*letter) && self.lacks_point(*letter);
-        "kqhRC".chars().filter(is_late).map(lacks_point_note)
+        "ijrkqhRC".chars().filter(is_late).map(lacks_point_note)
     }
 
     /// Whether a word is written in digits without a decimal point.

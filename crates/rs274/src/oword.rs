@@ -210,7 +210,7 @@ pub(super) struct Control {
     kept: BTreeMap<usize, Kept>,
     /// Whether the main program runs for the second time, because of M99.
     has_begun_again: bool,
-    /// The program's variables and the axis positions when M99 P of each line was last reached in the main program.
+    /// All variables and the axis positions when M99 P of each line was last reached in the main program.
     at_jumps: BTreeMap<usize, Vec<u64>>,
 }
 
@@ -483,7 +483,7 @@ impl Interpreter<'_> {
     /// first one ends. M99 P does so if nothing has changed since it was last reached.
     fn end_main(&mut self, table: &FlowTable, to: Option<f64>, values: &Values, at: usize) -> Result<Next, Fault> {
         if let Some(number) = to {
-            let state: Vec<u64> = self.parameters.common().chain(self.position.map(f64::to_bits)).collect();
+            let state: Vec<u64> = self.parameters.bits().chain(self.position.map(f64::to_bits)).collect();
             if self.control.at_jumps.get(&at) == Some(&state) {
                 self.note("M99 P goes round for ever; it is followed twice".to_owned());
                 return Ok(Next::End);

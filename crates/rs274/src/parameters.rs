@@ -250,10 +250,9 @@ impl Parameters {
         self.numbered[INPUT] = 0.0;
     }
 
-    /// The values of the variables that are the program's own on Fanuc's and Haas's controls, in bits.
-    pub fn common(&self) -> impl Iterator<Item = u64> {
-        let is_own = |entry: &(usize, &f64)| is_common(entry.0, self.is_haas);
-        self.numbered.iter().enumerate().filter(is_own).map(|(_, value)| value.to_bits())
+    /// The values of all numbered parameters, in bits.
+    pub fn bits(&self) -> impl Iterator<Item = u64> {
+        self.numbered.iter().map(|value| value.to_bits())
     }
 
     /// `#number`, which must be a common variable, is what the operator enters: `given`, or unset.

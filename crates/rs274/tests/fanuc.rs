@@ -125,7 +125,8 @@ fn m99_goes_on_with_a_line_or_from_the_start() {
     assert_eq!(program.notes.len(), 1);
     assert_eq!(program.notes[0].to_string(), "line 4: M99 P goes round for ever; it is followed twice");
     assert_eq!(xs("N1M99P1"), [0.0; 0]);
-    // A loop that counts ends where it says.
+    // A loop that counts ends where it says, by an origin, too.
+    assert_eq!(xs("N1G91G10L2P1X1.\nIF[#5221EQ4.]GOTO9\nM99P1\nN9G53G90G0X9.\nM30"), [9.0]);
     assert_eq!(xs("#1=0\nN1#1=#1+1\nX#1\nIF[#1EQ4]GOTO9\nM99P1\nN9M30"), [1.0, 2.0, 3.0, 4.0]);
     let setup = Setup { limits: Limits { blocks: 1000, ..Limits::default() }, ..fanuc() };
     assert!(refused("#1=0\nN1#1=#1+1\nM99P1", &setup).contains("more than 1000 blocks executed"));
@@ -532,6 +533,7 @@ fn there_are_more_coordinate_systems() {
     }
     assert_ends("G10L20P3X100.\nG54.1P3G99G81X1.Z0R0F100.\nM30", &fanuc(), &[[101.0, 0.0, 0.0]; 2]);
     assert!(refused("G54P1\nM30", &haas()).contains("no code of this block uses this word"));
+    assert_ends("G10L20P2X7.\nG154P2G0X1.M11\nM30", &haas(), &[[8.0, 0.0, 0.0]]);
     // On Haas's lathes G112 and G113 are something else, and so are G5 and G95.
     let haas_lathe = Setup { dialect: Dialect::Haas, ..lathe() };
     for code in ["G112", "G113", "G5R90.F40.Z-70.", "G95X40.Z-1.F1."] {
@@ -742,15 +744,12 @@ fn roughing_cuts_to_the_contour_and_finishing_follows_it() {
 fn compensation_that_is_on_behind_a_finishing_cut_is_not_followed() {
     let nose = Tool { diameter_mm: 0.8, orientation: 2, ..Tool::default() };
     let setup = Setup { tools: [(1, nose)].into(), ..lathe() };
-    let notes = |off_in_contour: &str, then: &str| {
+    let told = |off_in_contour: &str| {
         let contour = format!("N10G0X10.\nG1Z-10.F0.1\nN20{off_in_contour}X30.");
         let roughing = format!("G71U5.R1.\nG71P10Q20U0W0F0.2\n{contour}");
-        let source = format!("T0101\nS100M3G0X40.Z5.\n{roughing}\nG42G0X32.Z3.\nG70P10Q20\n{then}\nM30");
-        run(&source, &setup).notes.into_iter().filter(|note| note.is_unknown).map(|note| note.text).collect::<Vec<_>>()
-    };
-    let told = |off_in_contour: &str| {
-        let is_told = |text: &String| text.starts_with("cutter compensation is on where G70 ends");
-        notes(off_in_contour, "G1X35.").iter().any(is_told)
+        let source = format!("T0101\nS100M3G0X40.Z5.\n{roughing}\nG42G0X32.Z3.\nG70P10Q20\nG1X35.\nM30");
+        let is_told = |text: &str| text.starts_with("cutter compensation is on where G70 ends");
+        run(&source, &setup).notes.iter().any(|note| note.is_unknown && is_told(&note.text))
     };
     assert!(told("") && !told("G40"));
 }
@@ -878,6 +877,28 @@ fn pecks_and_threads_of_a_lathe() {
         .collect();
     let expected = [10.5, 11.0 - 0.5 * 2_f64.sqrt(), 11.0 - 0.5 * 3_f64.sqrt(), 10.0, 10.0];
     assert!(cuts.len() == 5 && cuts.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{cuts:?}");
+}
+
+#[test]
+fn depths_of_a_thread_without_a_point_count_thousandths() {
+    let cuts = |set_up: &str, cut: &str| {
+        let program = run(&format!("G21\nG97S100M3\nG0X30.Z5.\n{set_up}\nG76X20.Z-20.{cut}F1.5\nM30"), &lathe());
+        assert!(!program.notes.iter().any(|note| note.text.contains("no decimal point")), "{:?}", program.notes);
+        ends(&program)
+    };
+    let (last, first) = ("P010060Q100R0.05", "P1000Q400");
+    assert_eq!(cuts(&format!("G76{}", last.replace("R0.05", "R50")), first), cuts(&format!("G76{last}"), first));
+    assert_eq!(cuts("", "K1.D400"), cuts("", "K1.D0.4"));
+}
+
+#[test]
+fn a_cycle_that_begins_at_its_r_does_not_begin_below_it() {
+    let is_told = |height: &str| {
+        let tools = [(1, Tool::with_length(123.456, 6.0))].into();
+        let source = format!("G20G90G54\nT1M6\nG43H1\nG0X0Y0Z{height}\nG98G81X0Y0Z-1.R.1F10.\nX1.\nM30");
+        run(&source, &Setup { tools, ..fanuc() }).notes.iter().any(|note| note.text.contains("begins below its R"))
+    };
+    assert!(!is_told(".1") && is_told(".0999"));
 }
 
 #[test]
