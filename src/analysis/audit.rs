@@ -144,7 +144,7 @@ impl Raw {
                 levels.entry(row.case.clone()).or_default()[place].clone_from(&row.level);
             }
         }
-        let mut poses: BTreeMap<String, Vec<(u32, (String, String, u32))>> = BTreeMap::new();
+        let mut poses: BTreeMap<String, Vec<_>> = BTreeMap::new();
         for row in read_rows::<PoseRow>(folder)? {
             poses.entry(row.scene).or_default().push((row.chunk, (row.workload, row.pair, row.line)));
         }
