@@ -266,12 +266,15 @@ file = "own.ngc"
     is_unresolved(&load_with(&read, "G0 X20\nM2", &both), "inside two bodies");
 }
 
-#[test]
-fn bodies_that_touch_have_an_inside() {
-    let scene = |blocks: &str| {
-        format!(
-            r#"
-title = "A holder inside one of two blocks"
+/// A block of 20 mm on the plane of X and Y.
+const BLOCK: &str =
+    r#"{ kind = "extrude", height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]] }"#;
+
+/// A holder that moves along Z and begins 10 mm up, and `blocks` that stand.
+fn beside_holder(blocks: &str) -> String {
+    format!(
+        r#"
+title = "A holder and two blocks"
 [[machine.links]]
 name = "head"
 joint = {{ axis = "Z", direction = [0, 0, 1] }}
@@ -288,23 +291,25 @@ shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0,
 file = "own.ngc"
 start = {{ z_mm = 10 }}
 "#
-        )
-    };
+    )
+}
+
+#[test]
+fn bodies_that_touch_have_an_inside() {
     let is_inside = |scene: &Scene, what: &str| {
         let certificate = certified(scene);
         let are = certificate.blocks.values().all(|&verdict| verdict == Verdict::Unresolved);
         assert!(are, "{what}: {:?}", certificate.blocks);
         accepted(&certificate, what);
     };
-    let block = r#"{ kind = "extrude", height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]] }"#;
     let program = "G0 Z12\nG0 Z9\nM2";
     // On each other, and with one edge in common.
     for at in ["0, 0, 20", "20, 0, 20"] {
-        let two = format!("[{{ shape = {block} }}, {{ shape = {block}, at = {{ xyz_mm = [{at}] }} }}]");
-        let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = {two} }}")), program);
+        let two = format!("[{{ shape = {BLOCK} }}, {{ shape = {BLOCK}, at = {{ xyz_mm = [{at}] }} }}]");
+        let drawn = load(&beside_holder(&format!("shape = {{ kind = \"compound\", parts = {two} }}")), program);
         is_inside(&drawn, at);
         // From a file, where four triangles meet at the edge, and the side in common has the same triangles twice, wound against each other.
-        let read = load_with(&scene("mesh = \"part.stl\""), program, &drawn.parts[0].mesh.triangles());
+        let read = load_with(&beside_holder("mesh = \"part.stl\""), program, &drawn.parts[0].mesh.triangles());
         assert!(read.parts[0].mesh.edge_report().is_watertight());
         is_inside(&read, "from a file");
     }
@@ -312,35 +317,12 @@ start = {{ z_mm = 10 }}
 
 #[test]
 fn a_mesh_with_a_component_of_no_volume_has_no_inside() {
-    let block = r#"{ kind = "extrude", height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]] }"#;
-    let [left, right] = [-20, 20].map(|x| format!("{{ shape = {block}, at = {{ xyz_mm = [{x}, 0, 0] }} }}"));
-    let scene = |blocks: &str| {
-        format!(
-            r#"
-title = "A holder between two blocks"
-[[machine.links]]
-name = "head"
-joint = {{ axis = "Z", direction = [0, 0, 1] }}
-[[parts]]
-name = "blocks"
-role = "fixture"
-{blocks}
-[[parts]]
-name = "holder"
-role = "holder"
-link = "head"
-shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0, 2]] }}
-[program]
-file = "own.ngc"
-start = {{ z_mm = 10 }}
-"#
-        )
-    };
+    let [left, right] = [-20, 20].map(|x| format!("{{ shape = {BLOCK}, at = {{ xyz_mm = [{x}, 0, 0] }} }}"));
     let program = "G0 Z12\nG0 Z9\nM2";
-    let drawn = load(&scene(&format!("shape = {{ kind = \"compound\", parts = [{left}, {right}] }}")), program);
+    let drawn = load(&beside_holder(&format!("shape = {{ kind = \"compound\", parts = [{left}, {right}] }}")), program);
     let mut triangles = drawn.parts[0].mesh.triangles();
     let verdict = |triangles: &[Triangle]| {
-        let read = load_with(&scene("mesh = \"part.stl\""), program, triangles);
+        let read = load_with(&beside_holder("mesh = \"part.stl\""), program, triangles);
         assert!(read.parts[0].mesh.edge_report().is_watertight());
         let certificate = certified(&read);
         accepted(&certificate, "two blocks");

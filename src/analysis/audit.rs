@@ -68,7 +68,7 @@ struct Observed {
     values: Vec<f64>,
 }
 
-/// What was observed of one response, by scene.
+/// The values of one response, by scene.
 type Observations = BTreeMap<String, Vec<Observed>>;
 
 /// Analyses the audit in `folder` and writes `audit_cells.csv`, `audit_effects.csv` and `audit_shares.csv`.

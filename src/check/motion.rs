@@ -91,6 +91,11 @@ impl<'a> Path<'a> {
         &self.samples[(place.ceil() as usize).clamp(1, self.samples.len()) - 1]
     }
 
+    /// The program's moves.
+    pub fn moves(&self) -> &[Move] {
+        &self.run.program.moves
+    }
+
     /// The move that a place belongs to.
     pub fn step(&self, place: f64) -> &Move {
         &self.run.program.moves[self.sample_at(place).move_index]

@@ -205,11 +205,7 @@ impl Needs {
     /// Spindle that a cutter needs in a workpiece. A round cutter on the workpiece's axis cuts whichever of the two turns. A cutter that is not round and has no
     /// `turns` may be driven or stand where the workpiece turns between its feeds.
     pub fn of(scene: &Scene, path: &Path<'_>, workpiece: usize, cutter: usize) -> Self {
-        let is_one = |at: usize| {
-            let step = path.step(at as f64);
-            step.turns_workpiece == step.turns_tool
-        };
-        if (1..=path.samples().len()).all(is_one) {
+        if path.moves().iter().all(|step| step.turns_workpiece == step.turns_tool) {
             return Self::Any;
         }
         let Some(axis) = WorkAxis::of(scene, path, workpiece) else { return Self::Any };
@@ -227,7 +223,7 @@ impl Needs {
         }
     }
 
-    /// Whether the needed spindle stands in a move.
+    /// Whether that spindle stands still in a move.
     pub const fn stands(self, step: &Move) -> bool {
         match self {
             Self::Any => !(step.turns_workpiece || step.turns_tool),

@@ -188,7 +188,7 @@ impl Run {
         self.folder.has_finished(stage)
     }
 
-    /// Whether this program, with the plan's binaries, made what the folder holds.
+    /// Whether the folder was made by this program with the binaries of the plan.
     pub fn is_own(&self) -> bool {
         let (made, own) = (&self.manifest().binaries, self.plan.binary_entries());
         let is_one = made.iter().map(|binary| &binary.hash).eq(own.iter().map(|binary| &binary.hash));

@@ -109,7 +109,7 @@ fn find_mesh(folder: &mut Folder, base: &str, file: &str) -> Result<String, Stri
     Err(format!("there is no mesh `{file}`; tried {}{hint}", tried.join(", ")))
 }
 
-/// Whether the `package.xml` of a folder names the package.
+/// Whether a folder has a `package.xml` with this package's name.
 fn is_package(folder: &mut Folder, up: &str, name: &str) -> bool {
     let manifest = format!("{up}package.xml");
     let text = if folder.has(&manifest) { folder.text(&manifest).unwrap_or_default() } else { String::new() };

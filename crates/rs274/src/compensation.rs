@@ -104,7 +104,7 @@ struct Joint {
     curve: Curve,
     /// Whether blocks without a move keep the control from seeing the new element in time: it overcuts.
     is_blind: bool,
-    /// Whether a setting of the control says how the move before leads in.
+    /// Whether the move before leads in, and where it ends hangs on a setting of the control.
     is_open: bool,
 }
 

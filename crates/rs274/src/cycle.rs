@@ -120,7 +120,7 @@ pub(super) const fn is_cycle(code: i32) -> bool {
     matches!(code, 730 | 740 | 810..=890 | own::FINE_BORE)
 }
 
-/// Whether a cycle drills in pecks.
+/// Whether a code is a cycle that drills in pecks.
 const fn drills_in_pecks(code: i32) -> bool {
     matches!(code, 730 | 830)
 }

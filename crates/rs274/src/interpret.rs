@@ -133,7 +133,7 @@ pub(super) struct Interpreter<'a> {
     /// Axis positions, mm and degrees.
     pub position: Values9,
     pub tools: BTreeMap<u32, Tool>,
-    /// What G43.1 and G43.2 have given tools in the spindle.
+    /// The offset of each tool that G43.1 or G43.2 has set, by its number.
     pub spindle_offsets: BTreeMap<u32, Values9>,
     pub first_zero: Option<(u32, WorkOffset)>,
     pub tool: u32,
@@ -161,7 +161,7 @@ pub(super) struct Interpreter<'a> {
     /// Whether LinuxCNC's kinematics lead the tip, by an M code of the machine's own: machine coordinates are then world coordinates, and G49 does
     /// not end the control.
     pub is_switched: bool,
-    /// Whether M67 or M68 has set an output of LinuxCNC's, which may switch the kinematics.
+    /// Whether LinuxCNC's M67 or M68 has set an output. It may switch the kinematics.
     pub has_set_output: bool,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,

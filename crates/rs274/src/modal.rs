@@ -404,7 +404,7 @@ impl Values {
         }
     }
 
-    /// Whether a word may be one of a skipped code.
+    /// Whether a code of the block is skipped that this word may belong to.
     pub fn may_be_left(&self, letter: char) -> bool {
         self.spare >> slot(letter) & 1 == 1
     }

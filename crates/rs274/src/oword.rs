@@ -17,6 +17,10 @@ use super::macro_flow::Jumps;
 use super::modal::{Group, Modes, Values, whole};
 use super::offsets::from_canonical;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hasher};
+
+/// At most so many times M99 P is compared with the time before: that reads all variables.
+const MOST_COMPARED: u32 = 1000;
 
 /// Deepest nesting of subroutine calls.
 pub const MAX_CALL_DEPTH: usize = 64;
@@ -210,8 +214,10 @@ pub(super) struct Control {
     kept: BTreeMap<usize, Kept>,
     /// Whether the main program runs for the second time, because of M99.
     has_begun_again: bool,
-    /// All variables and the axis positions when M99 P of each line was last reached in the main program.
-    at_jumps: BTreeMap<usize, Vec<u64>>,
+    /// How often M99 P was reached in the main program.
+    jumps: u32,
+    /// A hash of all variables and the axis positions when M99 P of each line was last reached.
+    at_jumps: BTreeMap<usize, u64>,
 }
 
 impl Control {
@@ -479,16 +485,26 @@ impl Interpreter<'_> {
         self.enter_lines(start, at, times, None).map(Next::Line).map_err(fault)
     }
 
+    /// Whether nothing has changed since M99 P of line `at` was last reached.
+    fn goes_round(&mut self, at: usize) -> bool {
+        self.control.jumps += 1;
+        if self.control.jumps > MOST_COMPARED {
+            return false;
+        }
+        let mut state = DefaultHasher::new();
+        self.parameters.bits().chain(self.position.map(f64::to_bits)).for_each(|bits| state.write_u64(bits));
+        let state = state.finish();
+        self.control.at_jumps.insert(at, state) == Some(state)
+    }
+
     /// M99 in the main program: on with line N`to`, else with the first line. What goes round for ever is followed twice, the second time from where the
-    /// first one ends. M99 P does so if nothing has changed since it was last reached.
+    /// first one ends. M99 P goes round for ever if nothing has changed since it was last reached.
     fn end_main(&mut self, table: &FlowTable, to: Option<f64>, values: &Values, at: usize) -> Result<Next, Fault> {
         if let Some(number) = to {
-            let state: Vec<u64> = self.parameters.bits().chain(self.position.map(f64::to_bits)).collect();
-            if self.control.at_jumps.get(&at) == Some(&state) {
+            if self.goes_round(at) {
                 self.note("M99 P goes round for ever; it is followed twice".to_owned());
                 return Ok(Next::End);
             }
-            self.control.at_jumps.insert(at, state);
             return self.line_of(table, number, at).map(Next::Line).map_err(|cause| values.fault('p', cause));
         }
         self.note("M99 starts the program again; it is followed twice".to_owned());
