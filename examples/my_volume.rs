@@ -9,10 +9,10 @@
 //! (A volume of a shape that bvbench has needs the fit alone: `obb_area.rs`.) The overlap test bounds both
 //! ellipsoids along a handful of directions; one along which they are apart proves that they do not meet.
 
+use bvbench::geometry::separating_axes::pad_mm;
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use bvbench::registry::{Registry, Variant};
 use bvbench::tree::SplitRule;
-use bvbench::volume::shape::separating_axes::pad_mm;
 use bvbench::volume::{BoundingVolume, Info, Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};
 use std::f64::consts::{PI, TAU};

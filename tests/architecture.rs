@@ -15,7 +15,7 @@ use std::process::Command;
 /// One source file without comments, literals and tests.
 struct Source {
     path: PathBuf,
-    /// The top-level module it belongs to: `tree` for `src/tree/build.rs`.
+    /// The top-level module it belongs to: `tree` for `src/tree/build.rs`, `record` for `crates/record/src/record/rows.rs`.
     module: String,
     code: String,
     literals: Vec<String>,
@@ -25,9 +25,14 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
+/// The sources of the harness, its crates in the order in which they know one another.
+fn roots() -> [PathBuf; 3] {
+    ["../crates/record/src", "../crates/scene/src", ""].map(|folder| root().join(folder))
+}
+
 fn sources() -> Vec<Source> {
     let mut files = Vec::new();
-    collect(&root(), &mut files);
+    roots().iter().for_each(|root| collect(root, &mut files));
     files.sort();
     let texts: Vec<(PathBuf, String)> =
         files.into_iter().map(|path| (path.clone(), fs::read_to_string(path).unwrap())).collect();
@@ -39,7 +44,8 @@ fn sources() -> Vec<Source> {
         .filter(|(path, _)| !is_test(path))
         .map(|(path, text)| {
             let (code, literals) = strip(text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default());
-            let first = path.strip_prefix(root()).unwrap().iter().next().unwrap().to_str().unwrap();
+            let below = roots().iter().find_map(|root| path.strip_prefix(root).ok().map(Path::to_owned)).unwrap();
+            let first = below.iter().next().unwrap().to_str().unwrap();
             let module = first.trim_end_matches(".rs").to_owned();
             Source { path, module, code, literals }
         })
@@ -106,13 +112,17 @@ fn strip(text: &str) -> (String, Vec<String>) {
     (code, literals)
 }
 
-/// The modules of `lib.rs`, in reading order.
+/// The modules of the harness, in reading order.
 fn rooms() -> Vec<String> {
-    let (code, _) = strip(&fs::read_to_string(root().join("lib.rs")).unwrap());
-    code.lines()
-        .filter_map(|line| line.trim_start_matches("pub(crate) ").trim_start_matches("pub ").strip_prefix("mod "))
-        .map(|name| name.trim_end_matches(';').to_owned())
-        .collect()
+    let of = |root: &PathBuf| {
+        let (code, _) = strip(&fs::read_to_string(root.join("lib.rs")).unwrap());
+        let names = code
+            .lines()
+            .filter_map(|line| line.strip_prefix("pub mod "))
+            .map(|name| name.trim_end_matches(';').to_owned());
+        names.collect::<Vec<_>>()
+    };
+    roots().iter().flat_map(of).collect()
 }
 
 /// The top-level modules that a file names with a path from the crate's root, in `use` lines and elsewhere; `use crate::{a, b}`
@@ -317,8 +327,10 @@ fn the_checker_shares_no_code_with_what_it_checks() {
     let checker = root().join("../crates/certificate-checker/src");
     let (mut own, mut others) = (Vec::new(), Vec::new());
     collect(&checker, &mut own);
-    for folder in ["", "../crates/obbtree/src", "../crates/rs274/src"] {
-        collect(&root().join(folder), &mut others);
+    for folder in
+        ["../crates/obbtree/src", "../crates/rs274/src"].map(|folder| root().join(folder)).iter().chain(&roots())
+    {
+        collect(folder, &mut others);
     }
     assert!(own.len() > 5 && others.len() > 200, "{} and {} files", own.len(), others.len());
     for path in &own {

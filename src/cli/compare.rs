@@ -219,7 +219,7 @@ fn change((before, after): (u64, u64)) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::synthetic::{Plan, Run};
+    use crate::synthetic::{Plan, Run};
     use tempfile::TempDir;
 
     fn folder(change: impl Fn(&mut Run)) -> TempDir {

@@ -121,7 +121,7 @@ mod tests {
     use crate::analysis::analyze;
     use crate::analysis::claims::ClaimSet;
     use crate::record::NULL_VARIANT;
-    use crate::record::synthetic::{Plan, Run};
+    use crate::synthetic::{Plan, Run};
 
     /// The text of a made-up run after a change of its contents.
     fn conclusion(change: impl FnOnce(&mut Contents)) -> String {

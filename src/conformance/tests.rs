@@ -1,6 +1,7 @@
 //! All registered variants pass, and deliberately wrong ones fail.
 
 use super::*;
+use crate::geometry::separating_axes::{separated, widened_abs};
 use crate::geometry::{Point, Triangle, Vector};
 use crate::registry::Registry;
 use crate::volume::fit;
@@ -10,7 +11,6 @@ use crate::volume::obb_area::ObbArea;
 use crate::volume::obb_area_centroid::ObbAreaCentroid;
 use crate::volume::obb_vertex_centroid::ObbVertexCentroid;
 use crate::volume::shape::obb::Obb;
-use crate::volume::shape::separating_axes::{separated, widened_abs};
 use crate::volume::{BoundingVolume, Info, Segment, Shape, Solid};
 use nalgebra::{Matrix3, Unit};
 use rayon::prelude::*;

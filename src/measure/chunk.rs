@@ -231,6 +231,7 @@ mod tests {
     /// The mean over a recording is that of all its poses, so that each of its strata is timed.
     #[test]
     fn no_stratum_of_a_recording_is_left_out() {
+        assert_eq!(crate::workload::Source::Recorded.name(), RECORDED);
         let (hit, far) = (|poses: usize| (Stratum::Colliding, poses), |poses: usize| (Stratum::Far, poses));
         let none: &[(usize, usize)] = &[];
         let spread: &[(usize, usize)] = &[(60, 4), (60, 4), (60, 4), (61, 3), (61, 3)];

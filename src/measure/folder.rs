@@ -413,8 +413,8 @@ pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::synthetic::{Plan, Run};
     use crate::record::write_text;
+    use crate::synthetic::{Plan, Run};
     use std::collections::BTreeMap;
 
     fn manifest(seed: u64) -> Manifest {

@@ -8,9 +8,9 @@
 
 use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
+use crate::geometry::separating_axes::gap_mm;
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified, rigid, triangle_distance};
 use crate::tree::traverse::Probe;
-use crate::volume::shape::separating_axes::gap_mm;
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// Number of voxels per triangle; I. Wald, T. Ize, A. Kensler, A. Knoll, S. G. Parker, "Ray Tracing Animated Scenes using Coherent Grid

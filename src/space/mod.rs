@@ -15,8 +15,8 @@ pub mod grid;
 pub mod octree;
 
 use crate::geometry::plane::Plane;
+use crate::geometry::separating_axes::{pad_mm, widened_abs};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
-use crate::volume::shape::separating_axes::{pad_mm, widened_abs};
 use nalgebra::Matrix3;
 
 /// The rotation of a pose and its effect on axis-aligned boxes, computed once per query.

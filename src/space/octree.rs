@@ -7,9 +7,9 @@
 use super::grid::nearest;
 use super::{Turn, bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
+use crate::geometry::separating_axes::{gap_mm, separated};
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified};
 use crate::tree::traverse::Probe;
-use crate::volume::shape::separating_axes::{gap_mm, separated};
 use std::ops::ControlFlow;
 
 /// Largest number of triangles of an octant that stays a leaf.

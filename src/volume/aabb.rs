@@ -3,8 +3,8 @@
 //! G. van den Bergen, "Efficient Collision Detection of Complex Deformable Models using AABB Trees", 1997, section 3.2.
 
 use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
-use super::shape::separating_axes::separated;
 use super::{BoundingVolume, Info};
+use crate::geometry::separating_axes::separated;
 use crate::geometry::{Triangle, Vector};
 
 /// The axis-aligned box with the full separating-axis test.

@@ -5,8 +5,8 @@
 //! ("SAT lite"), reports that this test is wrong in a few percent of the cases.
 
 use super::shape::aligned_box::{AlignedBox, AlignedPose, BoxTest};
-use super::shape::separating_axes::separated_by_faces;
 use super::{BoundingVolume, Info};
+use crate::geometry::separating_axes::separated_by_faces;
 use crate::geometry::{Triangle, Vector};
 
 /// The axis-aligned box tested by six axes.

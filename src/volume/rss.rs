@@ -8,8 +8,8 @@
 use super::fit::frame::{AreaCovariance, FrameRule, reach_mm};
 use super::shape::obb::ObbPose;
 use super::shape::rectangle_distance::{point_squared, squared};
-use super::shape::separating_axes::pad_mm;
 use super::{BoundingVolume, Info, Segment, Shape, Solid};
+use crate::geometry::separating_axes::pad_mm;
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use nalgebra::{Matrix3, Unit};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};

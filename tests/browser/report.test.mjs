@@ -71,7 +71,7 @@ async function opened(use, options = {}, page = file) {
 
 /** The page's scripts in the order in which it reads them. */
 function scripts() {
-  const folder = path.join(root, "src/report/page");
+  const folder = path.join(root, "crates/record/src/report/page");
   const names = [...readFileSync(path.join(folder, "mod.rs"), "utf8").matchAll(/include_str!\("(\w+\.js)"\)/g)];
   return names.map((name) => path.join(folder, name[1]));
 }

@@ -7,11 +7,11 @@
 //! after the world frames of the two boxes is computed in the precision under test.
 
 use super::{Amount, GROUPS, chunk_number};
+use crate::geometry::separating_axes::separated;
 use crate::measure::study::Rows;
 use crate::record::manifest::VariantEntry;
 use crate::record::rows::CaseKey;
 use crate::record::{CaseRow, CountRow, Kind, Stratum};
-use crate::volume::shape::separating_axes::separated;
 use nalgebra::{Matrix3, RealField, Vector3};
 use obbtree::cases::Draw;
 use rayon::prelude::*;

@@ -8,8 +8,8 @@
 //! the pad of the stored boxes, which distinguishes boxes of flat contents; of equally extreme corners, the first is taken.
 
 use super::frame::{FrameRule, any_frame, reach_mm};
+use crate::geometry::separating_axes::pad_mm;
 use crate::geometry::{Point, Triangle, Vector, covariance, triangle};
-use crate::volume::shape::separating_axes::pad_mm;
 use nalgebra::Matrix3;
 
 /// The seven directions. The diagonals are not normalised, because only the order of corners along each direction matters.

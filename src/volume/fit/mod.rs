@@ -7,7 +7,7 @@ pub mod frame;
 pub mod minimum;
 
 use super::shape::obb::Obb;
-use super::shape::separating_axes::pad_mm;
+use crate::geometry::separating_axes::pad_mm;
 use crate::geometry::{Point, Triangle, Vector, triangle};
 use centre::CentreRule;
 use frame::FrameRule;

@@ -4,7 +4,7 @@
 //! axes, so the rotation between two boxes, and its absolute values, are constants of the pose.
 
 use super::obb::Obb;
-use super::separating_axes::{box_contains, gap_mm, pad_mm, widened_abs};
+use crate::geometry::separating_axes::{box_contains, gap_mm, pad_mm, widened_abs};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::{Segment, Shape, Solid, box_area, box_outline, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};

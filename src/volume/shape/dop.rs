@@ -8,7 +8,7 @@
 //! depend on the pose only, so a node pair costs three multiplications per slab and side.
 
 use super::polytope::Polytope;
-use super::separating_axes::pad_mm;
+use crate::geometry::separating_axes::pad_mm;
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
 use crate::volume::{Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};

@@ -5,6 +5,5 @@ pub mod dop;
 pub mod obb;
 pub mod polytope;
 pub mod rectangle_distance;
-pub mod separating_axes;
 pub mod single;
 pub mod sphere;

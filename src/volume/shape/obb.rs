@@ -2,7 +2,7 @@
 
 pub mod exit;
 
-use super::separating_axes::{box_contains, gap_mm, separated, widened_abs};
+use crate::geometry::separating_axes::{box_contains, gap_mm, separated, widened_abs};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
 use crate::volume::{Segment, Shape, Solid, axes_by_extent, box_area, box_outline};
 use nalgebra::{Matrix3, Unit};

@@ -1,7 +1,7 @@
 //! Spheres: one sphere, one test; the variants differ in where the centre lies.
 
-use super::separating_axes::pad_mm;
 use crate::geometry::rigid::rigid;
+use crate::geometry::separating_axes::pad_mm;
 use crate::geometry::{Isometry, Point, Triangle, Vector, triangle};
 use crate::volume::{Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::Unit;

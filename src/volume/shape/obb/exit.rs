@@ -1,8 +1,8 @@
-//! Finds the axis at which the separating-axis test of two boxes ends. It repeats the test of [`super::super::separating_axes::separated`]
+//! Finds the axis at which the separating-axis test of two boxes ends. It repeats the test of [`crate::geometry::separating_axes::separated`]
 //! axis by axis, for counting and never for timing.
 
 use super::{Obb, ObbPose};
-use crate::volume::shape::separating_axes::widened_abs;
+use crate::geometry::separating_axes::widened_abs;
 
 /// Number of axes: three normals of the first box, three of the second, and nine cross products of edges.
 pub const AXES: usize = 15;

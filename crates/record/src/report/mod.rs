@@ -19,7 +19,7 @@ pub use crate::analysis::words::capital;
 pub use answer::{Statement, answer, quantity};
 pub use audit::{AUDIT_FILE, write_audit};
 pub use noise::in_short as noise_in_short;
-pub(crate) use page::escaped;
+pub use page::escaped;
 pub use page::{Inset, PAGE_FILE, write_page};
 pub use terminal::{RankedRow, SentenceRow, ranked_rows, sentence_rows};
 

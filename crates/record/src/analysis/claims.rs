@@ -13,7 +13,7 @@ use toml::Spanned;
 const SCHEMA: u32 = 1;
 
 /// Text of the committed claims on the paper.
-pub const DEFAULT_TEXT: &str = include_str!("../../paper-repro/claims.toml");
+pub const DEFAULT_TEXT: &str = include_str!("../../../../paper-repro/claims.toml");
 
 /// Name of the committed claims, in messages and in the folder of a run.
 pub const FILE: &str = "claims.toml";

@@ -52,13 +52,7 @@ impl Machine {
     /// Step of a link's joint when the axes move by `change`, mm or radians, and the distance of `point` from the axis of a rotary joint, mm. `point`
     /// is in the world's frame. `None` for a link without a joint.
     #[inline]
-    pub(crate) fn lever(
-        &self,
-        link: usize,
-        poses: &Poses,
-        point: &Point,
-        change: &Position,
-    ) -> Option<(f64, Option<f64>)> {
+    pub fn lever(&self, link: usize, poses: &Poses, point: &Point, change: &Position) -> Option<(f64, Option<f64>)> {
         let joint = self.links()[link].joint.as_ref()?;
         let distance = match joint.motion {
             Motion::Prismatic { .. } => None,
@@ -72,7 +66,7 @@ impl Machine {
     }
 
     /// The nearest link that carries both links; `None` is the world.
-    pub(crate) fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
+    pub fn nearest_shared(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
         self.chain(a).find(|&link| self.chain(b).any(|other| other == link))
     }
 

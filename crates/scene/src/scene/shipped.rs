@@ -20,7 +20,7 @@ pub const FAMILIES: &[&str] =
 pub const BY_DEFAULT: &[&str] = &["lathe-toolpost", "lathe-tailstock", "trunnion-impeller"];
 
 macro_rules! files {
-    ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../bench-scenes/", $path)))),*] };
+    ($($path:literal),* $(,)?) => { &[$(($path, include_str!(concat!("../../../../bench-scenes/", $path)))),*] };
 }
 
 /// Every file of every shipped scene, by its path in `bench-scenes`.

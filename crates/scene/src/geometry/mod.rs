@@ -1,10 +1,11 @@
 //! Parametric shapes, mesh files and hulls. The meshes and exact tests are in [`obbtree::engine::geometry`].
 //!
-//! Reading order: [`hull`], [`rectangle`], [`shapes`] and [`import`].
+//! Reading order: [`hull`], [`rectangle`], [`separating_axes`], [`shapes`] and [`import`].
 
 pub mod hull;
 pub mod import;
 pub mod rectangle;
+pub mod separating_axes;
 pub mod shapes;
 
 use nalgebra::Unit;

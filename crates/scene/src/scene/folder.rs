@@ -110,7 +110,7 @@ impl Folder {
 }
 
 /// Largest file of a scene, bytes: a binary STL of 20 million triangles.
-pub(crate) const LARGEST_FILE: u64 = 1 << 30;
+pub const LARGEST_FILE: u64 = 1 << 30;
 
 /// `folder/relative` with `/` between the parts and `..` resolved. `..` beyond the folder's parent stays, and an absolute path stays what it is,
 /// so that two files never have one key.

@@ -36,7 +36,7 @@ use crate::geometry::shapes::Shape;
 use crate::geometry::{Isometry, Mesh, Vector};
 use crate::machine::{Machine, Poses};
 use folder::Folder;
-pub(crate) use folder::LARGEST_FILE;
+pub use folder::LARGEST_FILE;
 use nalgebra::Unit;
 use rs274::{Position, RapidPath, Tool};
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! A made-up run for the tests of the analysis, the plots and the report: plausible in shape, with effects planted in it.
 //! No number here was measured.
 
-use super::manifest::{MachineFacts, Program, Request, SceneEntry, Stage, VariantEntry};
-use super::*;
+use crate::record::manifest::{MachineFacts, Program, Request, SceneEntry, Stage, VariantEntry};
+use crate::record::*;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use std::collections::BTreeMap;

@@ -241,7 +241,7 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
 }
 
 /// Values, each once, in the order in which they first occur.
-pub(crate) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut kept: Vec<T> = Vec::new();
     for value in values {
         if !kept.contains(&value) {
@@ -252,7 +252,7 @@ pub(crate) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> 
 }
 
 /// A number of things, such as `1 launch` or `3 launches`, by the name of several.
-pub(crate) fn counted(n: u64, several: &str) -> String {
+pub fn counted(n: u64, several: &str) -> String {
     let one = several.strip_suffix("es").filter(|one| one.ends_with("ch")).or_else(|| several.strip_suffix('s'));
     format!("{n} {}", if n == 1 { one.unwrap_or(several) } else { several })
 }

@@ -11,7 +11,6 @@ mod random;
 
 use crate::geometry::Isometry;
 use crate::machine::OutOfLimits;
-use crate::record::RECORDED;
 use crate::scene::{Approach, Pair, ProgramRun, Role, Scene, TipFault};
 use crate::truth::PairOracle;
 use obbtree::cases::Draw;
@@ -39,7 +38,7 @@ impl Source {
             Self::Program => "program",
             Self::Approach => "approach",
             Self::Random => "random",
-            Self::Recorded => RECORDED,
+            Self::Recorded => "recorded",
         }
     }
 
@@ -129,7 +128,7 @@ pub enum WorkloadError {
 }
 
 /// Number of neighbouring poses on a path that form a cluster.
-pub(crate) const BLOCK: usize = 64;
+pub const BLOCK: usize = 64;
 
 /// The block that contains the pose of the given index.
 const fn block_of(index: usize) -> u32 {

@@ -71,7 +71,7 @@ impl Revolved {
 }
 
 /// Volume of a frustum with these radii at its ends, mm³.
-pub(crate) fn frustum_mm3([r, s]: [f64; 2], height: f64) -> f64 {
+pub fn frustum_mm3([r, s]: [f64; 2], height: f64) -> f64 {
     PI / 3.0 * height * (r * r + r * s + s * s)
 }
 
@@ -158,7 +158,7 @@ fn add(points: &mut Vec<P2>, point: P2) {
 }
 
 /// The part of a triangle between two heights, as the corners of a polygon.
-pub(crate) fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
+pub fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
     let mut polygon = corners.to_vec();
     for (border, sign) in [(low, 1.0), (high, -1.0)] {
         let above = |p: &Point| sign * (p.z - border);
@@ -178,7 +178,7 @@ pub(crate) fn clipped(corners: &[Point; 3], low: f64, high: f64) -> Vec<Point> {
 }
 
 /// The point of a polygon that is nearest to z, up to its height; `None` of a polygon without corners.
-pub(crate) fn nearest_to_axis(polygon: &[Point]) -> Option<Point> {
+pub fn nearest_to_axis(polygon: &[Point]) -> Option<Point> {
     let edges = || polygon.iter().zip(polygon.iter().cycle().skip(1));
     let side = |(p, q): (&Point, &Point)| p.x * q.y - p.y * q.x;
     let is_around = edges().all(|edge| side(edge) > 0.0) || edges().all(|edge| side(edge) < 0.0);

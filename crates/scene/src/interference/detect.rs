@@ -7,8 +7,8 @@
 use super::octree::{SurfaceOctree, Visit};
 use super::profile::{P2, Profile};
 use super::tool::{BodyKind, BoxedTool, ToolBox};
+use crate::geometry::separating_axes::{separated, widened_abs};
 use crate::geometry::{Isometry, Point, Vector, rigid};
-use crate::volume::shape::separating_axes::{separated, widened_abs};
 use nalgebra::Matrix3;
 
 /// How the search finds the leaves near the tool.

@@ -340,7 +340,7 @@ impl Sweep {
     }
 
     /// Whether no point is in the part for sure, its mesh being open.
-    pub(crate) fn is_vague(&self) -> bool {
+    pub fn is_vague(&self) -> bool {
         match &self.way {
             Way::Chords { form, .. } => matches!(&**form, Form::Round(round) if round.is_vague()),
             Way::Turned { section, .. } => section.is_empty(),

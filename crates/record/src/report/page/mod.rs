@@ -109,7 +109,7 @@ fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
 }
 
 /// Text for HTML.
-pub(crate) fn escaped(text: &str) -> String {
+pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -223,7 +223,7 @@ fn both_homes_are_where_the_scene_says() {
 
 #[test]
 fn the_worked_example_of_the_documentation_is_a_program_table() {
-    let text = include_str!("../../../docs/format.md");
+    let text = include_str!("../../../../../docs/format.md");
     let example = text.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let slides = "[[machine.links]]\nname = \"z\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n";
     let scene = format!("{SLIDE}{slides}{example}");
