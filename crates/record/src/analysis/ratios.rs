@@ -154,12 +154,12 @@ impl NoisyCells {
         }
         let line = |(scene, cells): (&str, Vec<String>)| {
             format!(
-                "{scene}: the null duplicate takes another time than its original in {}; no speed is judged there. A quiet cell is within [{}, {}], its interval within [{}, {}]",
-                cells.join(", "),
+                "{scene}: no speed is judged where the null duplicate over its original is not within [{}, {}], or its interval not within [{}, {}]: {}",
                 EQUAL.0,
                 EQUAL.1,
                 STEADY.0,
-                STEADY.1
+                STEADY.1,
+                cells.join(", ")
             )
         };
         scenes.into_iter().map(line).collect()
