@@ -312,7 +312,9 @@ impl Interpreter<'_> {
         let above =
             |from: f64, counts: bool, word: Option<f64>| word.map(|word| if counts { from + word } else { word });
         let retract = above(initial, r_counts, self.take_length(values, 'r'));
-        let retract = needed(retract, before.map(|s| s.retract), "R, the retract height,")?;
+        // On lathes R may be left out: it is the initial level then.
+        let level = before.map(|s| s.retract).or(self.setup.is_fanuc_lathe().then_some(initial));
+        let retract = needed(retract, level, "R, the retract height,")?;
         let bottom = self.take_axis_or_step(values, normal);
         let bottom = bottom.map(|(word, is_step)| if like_fanuc && is_step { retract + word } else { word });
         let bottom = needed(bottom, before.map(|s| s.bottom), "the depth of the hole")?;

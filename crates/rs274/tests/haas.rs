@@ -1,0 +1,42 @@
+//! Codes that Haas's controls have beside Fanuc's: pockets, patterns of holes, mirrors. Expectations are worked out by hand beside the programs.
+
+mod support;
+
+use rs274::{Dialect, Setup, Tool, Units};
+use support::{ends, refused, run};
+
+fn haas() -> Setup {
+    let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
+    Setup { dialect: Dialect::Haas, tools, units: Some(Units::Mm), ..Setup::default() }
+}
+
+fn lathe(dialect: Dialect) -> Setup {
+    Setup { dialect, units: Some(Units::Mm), ..Setup::lathe() }
+}
+
+fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
+    let told = refused(source, setup);
+    assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
+}
+
+#[test]
+fn r_of_a_lathes_cycle_is_the_initial_level_where_it_is_left_out() {
+    for dialect in [Dialect::Fanuc, Dialect::Haas] {
+        let setup = lathe(dialect);
+        for cycle in ["G83", "G84", "G85"] {
+            let source = format!("G97S100M3\nG0X0Z5.\n{cycle}Z-10.F0.1\nG80\nM30");
+            let heights: Vec<f64> = ends(&run(&source, &setup)).iter().map(|end| end[2]).collect();
+            assert_eq!((heights[0], heights.last()), (5.0, Some(&5.0)), "{source}");
+            assert!(heights.contains(&-10.0) && heights.iter().all(|z| [5.0, -10.0].contains(z)), "{heights:?}");
+        }
+        // R of the hole before holds.
+        let r = if dialect == Dialect::Fanuc { "R-3." } else { "R2." };
+        let source = format!("G97S100M3\nG0X0Z5.\nG83Z-10.{r}F0.1\nZ-12.\nG80\nM30");
+        let heights: Vec<f64> = ends(&run(&source, &setup)).iter().map(|end| end[2]).collect();
+        assert_eq!(heights.iter().filter(|&&z| z == 2.0).count(), 2, "{heights:?}");
+    }
+    for cycle in ["G81", "G82"] {
+        run(&format!("G97S100M3\nG0X0Z5.\n{cycle}Z-10.F0.1\nG80\nM30"), &lathe(Dialect::Haas));
+    }
+    assert_refused("G0Z5.\nG81Z-1.F100.\nM30", &haas(), "2:1", "R, the retract height, is missing");
+}
