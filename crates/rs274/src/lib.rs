@@ -39,6 +39,7 @@ mod profile;
 mod profile_cycle;
 mod source;
 mod foreign;
+mod unread;
 pub mod interpret;
 pub mod path;
 pub mod tool_table;

@@ -10,6 +10,10 @@ fn haas() -> Setup {
     Setup { dialect: Dialect::Haas, tools, units: Some(Units::Mm), ..Setup::default() }
 }
 
+fn fanuc() -> Setup {
+    Setup { dialect: Dialect::Fanuc, ..haas() }
+}
+
 fn lathe(dialect: Dialect) -> Setup {
     Setup { dialect, units: Some(Units::Mm), ..Setup::lathe() }
 }
@@ -39,4 +43,29 @@ fn r_of_a_lathes_cycle_is_the_initial_level_where_it_is_left_out() {
         run(&format!("G97S100M3\nG0X0Z5.\n{cycle}Z-10.F0.1\nG80\nM30"), &lathe(Dialect::Haas));
     }
     assert_refused("G0Z5.\nG81Z-1.F100.\nM30", &haas(), "2:1", "R, the retract height, is missing");
+}
+
+#[test]
+fn codes_that_are_not_read_are_named() {
+    for (code, setup, text) in [
+        ("G47P1X1.Y1.", haas(), "text engraving is not read"),
+        ("G150P1Z-1.", haas(), "general purpose pocket milling is not read"),
+        ("G254", haas(), "the dynamic work offset (G254, G255) is not read"),
+        ("G163X1.", haas(), "a 5-axis cycle of holes (G153 to G169) is not read"),
+        ("G77", haas(), "the back bore cycle is not read"),
+        ("G112", lathe(Dialect::Haas), "XY to XC interpolation (G112, G113) is not read"),
+        ("G12.1", fanuc(), "polar coordinate interpolation is not read"),
+    ] {
+        let told = refused(&format!("{code}\nM30"), &setup);
+        let name: String = code.chars().take_while(|c| "G.0123456789".contains(*c)).collect();
+        assert_eq!(told, format!("bad.nc:1:1: {text}: `{name}`"));
+    }
+}
+
+#[test]
+fn cutter_compensation_in_a_tilted_plane_is_named() {
+    let source = "G68.2X0Y0Z0I0J30.K0\nG43H1\nG41D1X5.\nM30";
+    for setup in [haas(), fanuc()] {
+        assert_refused(source, &setup, "3:1", "cutter compensation: it is not read in a tilted plane (G68.2)");
+    }
 }
