@@ -522,6 +522,7 @@ impl Interpreter<'_> {
                 }
             }
         }
+        self.note_shifted_mirror();
         Ok(())
     }
 

@@ -2,8 +2,9 @@
 
 mod support;
 
-use rs274::{Dialect, Setup, Tool, Units};
-use support::{ends, refused, run};
+use rs274::{Dialect, MoveKind, Setup, Tool, Units};
+use std::f64::consts::TAU;
+use support::{assert_ends, assert_near, ends, refused, run};
 
 fn haas() -> Setup {
     let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
@@ -21,6 +22,50 @@ fn lathe(dialect: Dialect) -> Setup {
 fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
     let told = refused(source, setup);
     assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
+}
+
+/// Whether a note says that the machine may move otherwise, and begins so.
+fn is_unknown(source: &str, text: &str) -> bool {
+    run(source, &haas()).notes.iter().any(|note| note.is_unknown && note.text.starts_with(text))
+}
+
+/// X and Y of the centre and the sweep of every arc.
+fn arcs(source: &str) -> Vec<([f64; 2], f64)> {
+    let arc = |kind| if let MoveKind::Arc { centre, sweep, .. } = kind { Some((centre, sweep)) } else { None };
+    run(source, &haas()).moves.iter().filter_map(|step| arc(step.kind)).collect()
+}
+
+#[test]
+fn g101_mirrors_about_zero_until_g100() {
+    let source = "G101X0\nG0X5.Y5.\nG101Y0\nX6.Y6.\nG100X0\nX7.Y7.\nG100Y0\nX8.Y8.\nM30";
+    let expected = [[-5.0, 5.0, 0.0], [-6.0, -6.0, 0.0], [7.0, -7.0, 0.0], [8.0, 8.0, 0.0]];
+    assert_ends(source, &haas(), &expected);
+    // The number counts for nothing, and a mirror that is off may be ended.
+    assert_ends("G100X0Y0Z0A0\nG101X3.\nG0X5.\nM30", &haas(), &[[-5.0, 0.0, 0.0]]);
+    // One mirror turns arcs the other way and changes the side of the cutter, two do not.
+    let sweeps = |mirror: &str| arcs(&format!("{mirror}\nG0X5.\nG3I-5.F100.\nM30"))[0].1;
+    assert_eq!([sweeps("G100X0"), sweeps("G101X0"), sweeps("G101X0Y0")], [TAU, -TAU, TAU]);
+    let end = |mirror: &str| ends(&run(&format!("{mirror}\nG41D1G1X10.F100.\nY-50.\nM30"), &haas())).pop().unwrap();
+    assert_near(end(""), [13.0, -50.0, 0.0], "left of the way down");
+    assert_near(end("G101X0"), [-13.0, -50.0, 0.0], "mirrored");
+    assert_refused("G101\nM30", &haas(), "1:1", "an axis word, which names the axis to mirror, is missing");
+    assert_refused("G101A0\nM30", &haas(), "1:5", "a mirror of another axis than X, Y and Z");
+    assert_refused("G101X0\nM30", &fanuc(), "1:1", "code is not supported");
+}
+
+#[test]
+fn a_mirror_at_a_shifted_zero_is_told() {
+    for (source, expected) in [
+        ("G101X0", false),
+        ("G52X5.\nG101X0", true),
+        ("G101X0\nG52X5.", true),
+        ("G52Y5.\nG101X0", false),
+        ("G52X5.\nG52X0\nG101X0", false),
+        ("G52X5.\nG101X0\nG100X0", true),
+    ] {
+        assert_eq!(is_unknown(&format!("{source}\nG0X9.\nM30"), "G101 mirrors about"), expected, "{source}");
+    }
+    assert_ends("G52X20.\nG101X0\nG0X5.\nM30", &haas(), &[[15.0, 0.0, 0.0]]);
 }
 
 #[test]
