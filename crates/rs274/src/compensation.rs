@@ -295,7 +295,7 @@ impl Interpreter<'_> {
 
     /// Diameter, mm, and orientation: of the tool of D, or of the one in the spindle; on Fanuc's mills of the offset of D, on its lathes of the
     /// offset of T; D and L themselves for G41.1 and G42.1.
-    fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
+    pub(super) fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
         let at_code = |cause| self.fault_at(values, Group::CutterCompensation, cause);
         if matches!(code, 411 | 421) {
             let diameter =

@@ -27,6 +27,7 @@ mod offset_curve;
 mod compensation;
 mod spline;
 mod cycle;
+mod pocket;
 mod thread;
 pub mod oword;
 mod macro_flow;
