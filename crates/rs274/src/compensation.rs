@@ -52,6 +52,9 @@ const BLIND_ARC: Cause = Cause::Compensation(
 const NO_LEAD_IN: Cause = Cause::Compensation("no arc leads from the tool's place into the shifted one");
 const NARROW_ARC: Cause = Cause::Compensation("the tool's radius is not less than the arc's");
 
+const IN_TILTED_PLANE: Cause =
+    Cause::Compensation("it is not read in a tilted plane (G68.2): post the path of the tool's centre");
+
 const STRAIGHT_IN: &str = "the move that leads in is followed by an outside corner: it goes straight to beside the start of the next move, as with Fanuc's parameter 5003#0 (SUP) at 0, type A; with type B the tool goes beside its end and round the corner";
 const ROUND_IN: &str = "the move that leads in is followed by an outside corner: the tool goes beside its end and round the corner, as with type B (Haas's Setting 43, Fanuc's parameter 5003#0); with type A it goes straight to beside the start of the next move";
 
@@ -264,6 +267,7 @@ impl Interpreter<'_> {
         let (diameter, orientation) = self.compensated_tool(values, code.number)?;
         let similar = self.offsets.similar(plane);
         let refused = match plane {
+            _ if self.is_tilted => return Err(code.fault(IN_TILTED_PLANE)),
             _ if self.compensation.on().is_some() => Some("cutter compensation is on already"),
             _ if self.tip_mm.is_some() => Some("cutter compensation under tool-centre-point control"),
             Plane::Yz => Some("cutter compensation in the YZ plane (G19)"),
@@ -291,7 +295,7 @@ impl Interpreter<'_> {
 
     /// Diameter, mm, and orientation: of the tool of D, or of the one in the spindle; on Fanuc's mills of the offset of D, on its lathes of the
     /// offset of T; D and L themselves for G41.1 and G42.1.
-    fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
+    pub(super) fn compensated_tool(&self, values: &Values, code: i32) -> Result<(f64, u8), Fault> {
         let at_code = |cause| self.fault_at(values, Group::CutterCompensation, cause);
         if matches!(code, 411 | 421) {
             let diameter =

@@ -12,6 +12,8 @@
 //! G87 bores from behind: it goes down beside the hole, by the words of the plane's two axes among I, J and K, then into its middle, feeds
 //! up to the third of those words and back, and leaves as it came (NISTIR 6556, section 3.5.16.7). At the pause of G88 an operator draws the tool
 //! out; that is a rapid move here.
+//!
+//! Haas's G70 to G72 drill the cycle that is active in many places (`pattern`).
 
 use super::canonical::{Axis, MoveKind, Plane};
 use super::dialect::{Dialect, own};
@@ -19,6 +21,8 @@ use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{FeedMode, Group, Spindle, Values};
 use super::offsets::Values9;
+
+mod pattern;
 
 /// How far above the last depth a pecking cycle stops its rapid return, mm: LinuxCNC's 0.254.
 const PECK_CLEARANCE_MM: f64 = 0.254;
@@ -53,6 +57,8 @@ pub(super) struct Sticky {
     middle: f64,
     /// Where the first of consecutive cycles started along the normal, program coordinates.
     initial: Option<f64>,
+    /// Whether L0 stood beside a place in the block.
+    skips_place: bool,
 }
 
 impl Sticky {
@@ -171,35 +177,16 @@ impl Interpreter<'_> {
         let mut start = self.offsets.to_program(&self.position)[normal as usize];
         let initial = self.sticky.initial.unwrap_or(start);
         self.read_cycle_words(values, code, normal, initial)?;
-        let like_fanuc = self.setup.dialect.is_fanuc_like();
-        let sticky = self.sticky;
-        let counts = self.modes.incremental && !like_fanuc;
-        let retract = if counts { initial + sticky.retract } else { sticky.retract };
-        let bottom = if counts { retract + sticky.bottom } else { sticky.bottom };
-        if retract < bottom {
-            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
-        }
-        let highest = if like_fanuc { initial } else { initial.max(retract) };
-        let hole = Hole {
-            code,
-            normal: normal as usize,
-            bottom,
-            retract,
-            clear: if self.modes.retract_to_r { retract } else { highest },
-            dwell_s: sticky.dwell_s,
-            // G51 does not scale pecks.
-            pecks: if drills_in_pecks(code) {
-                sticky.pecks.unscaled(self.transforms.factor(normal as usize))
-            } else {
-                Pecks::default()
-            },
-            beside: sticky.beside,
-            middle: if counts { bottom + sticky.middle } else { sticky.middle },
-        };
+        let hole = self.held_hole(values, code, normal, initial)?;
         let place =
             |&axis: &Axis| self.take_axis_or_step(values, axis).map(|(value, is_step)| (axis as usize, value, is_step));
         let places: Vec<_> = axes.iter().filter(|&&axis| axis != normal).filter_map(place).collect();
         let repeats = self.repeats(values)?;
+        let here = self.offsets.to_program(&self.position);
+        let is_elsewhere =
+            |&(axis, value, is_step): &(usize, f64, bool)| value != if is_step { 0.0 } else { here[axis] };
+        self.sticky.skips_place = repeats == 0 && places.iter().any(is_elsewhere);
+        let (retract, like_fanuc) = (hole.retract, self.setup.dialect.is_fanuc_like());
         if like_fanuc {
             self.note_low_start(repeats, start, initial, retract);
         } else if initial < retract {
@@ -215,6 +202,35 @@ impl Interpreter<'_> {
             height = hole.clear;
         }
         Ok(())
+    }
+
+    /// The hole that the words in force describe; the first of consecutive cycles started at the height `initial`.
+    fn held_hole(&self, values: &Values, code: i32, normal: Axis, initial: f64) -> Result<Hole, Fault> {
+        let like_fanuc = self.setup.dialect.is_fanuc_like();
+        let sticky = self.sticky;
+        let counts = self.modes.incremental && !like_fanuc;
+        let retract = if counts { initial + sticky.retract } else { sticky.retract };
+        let bottom = if counts { retract + sticky.bottom } else { sticky.bottom };
+        if retract < bottom {
+            return Err(self.fault_at(values, Group::Motion, Cause::NotAllowed("R below the bottom of the hole")));
+        }
+        let highest = if like_fanuc { initial } else { initial.max(retract) };
+        Ok(Hole {
+            code,
+            normal: normal as usize,
+            bottom,
+            retract,
+            clear: if self.modes.retract_to_r { retract } else { highest },
+            dwell_s: sticky.dwell_s,
+            // G51 does not scale pecks.
+            pecks: if drills_in_pecks(code) {
+                sticky.pecks.unscaled(self.transforms.factor(normal as usize))
+            } else {
+                Pecks::default()
+            },
+            beside: sticky.beside,
+            middle: if counts { bottom + sticky.middle } else { sticky.middle },
+        })
     }
 
     /// Notes a cycle of Fanuc's controls that begins or ends below R.
@@ -312,7 +328,9 @@ impl Interpreter<'_> {
         let above =
             |from: f64, counts: bool, word: Option<f64>| word.map(|word| if counts { from + word } else { word });
         let retract = above(initial, r_counts, self.take_length(values, 'r'));
-        let retract = needed(retract, before.map(|s| s.retract), "R, the retract height,")?;
+        // On lathes R may be left out: it is the initial level then.
+        let level = before.map(|s| s.retract).or(self.setup.is_fanuc_lathe().then_some(initial));
+        let retract = needed(retract, level, "R, the retract height,")?;
         let bottom = self.take_axis_or_step(values, normal);
         let bottom = bottom.map(|(word, is_step)| if like_fanuc && is_step { retract + word } else { word });
         let bottom = needed(bottom, before.map(|s| s.bottom), "the depth of the hole")?;
@@ -342,7 +360,8 @@ impl Interpreter<'_> {
             middle = needed(above(bottom, counts, third), before.map(|s| s.middle), way)?;
         }
         let dwell_s = dwell_s.unwrap_or(0.0);
-        self.sticky = Sticky { code, bottom, retract, dwell_s, pecks, beside, middle, initial: Some(initial) };
+        let initial = Some(initial);
+        self.sticky = Sticky { code, bottom, retract, dwell_s, pecks, beside, middle, initial, skips_place: false };
         Ok(())
     }
 

@@ -368,7 +368,12 @@ impl Interpreter<'_> {
 
     pub(super) fn obey_datum_codes(&mut self, values: &Values) -> Result<(), Fault> {
         if !matches!(values.number(Group::NonModal), Some(40 | 100)) {
-            let why = "places and offsets of coordinates while cutter compensation is on";
+            let why = match values.number(Group::NonModal) {
+                Some(own::POCKET_CLOCKWISE..=own::HOLES_ON_LINE) => {
+                    "G12, G13 and G70 to G72 while cutter compensation is on; G40 ends it"
+                }
+                _ => "places and offsets of coordinates while cutter compensation is on",
+            };
             self.refuse_compensated(values, Group::NonModal, why)?;
         }
         let was_transformed = self.transforms.are_on();
@@ -384,6 +389,8 @@ impl Interpreter<'_> {
             Some(100) if self.setup.dialect.is_fanuc_like() => self.set_fanuc_data(values),
             Some(100) => self.set_data(values),
             Some(own::SKIP) => self.probe(values),
+            Some(code @ (own::POCKET_CLOCKWISE | own::POCKET_COUNTERCLOCKWISE)) => self.circular_pocket(values, code),
+            Some(code @ own::HOLES_ON_CIRCLE..=own::HOLES_ON_LINE) => self.drill_pattern(values, code),
             Some(own::SPEED_LIMIT) if values.has_axis() => self.shift(values, 920),
             Some(920) if self.setup.dialect.is_fanuc_like() && !values.has_axis() => Ok(()),
             Some(280) => self.go_home(values, HOME),
@@ -522,6 +529,7 @@ impl Interpreter<'_> {
                 }
             }
         }
+        self.note_shifted_mirror();
         Ok(())
     }
 

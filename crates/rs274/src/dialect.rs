@@ -149,6 +149,16 @@ pub(super) mod own {
     pub const MACRO_CALL: i32 = 650;
     /// M97: a call to a line of the same program.
     pub const LOCAL_CALL: i32 = 97;
+    /// Haas's G12 and G13: circular pockets.
+    pub const POCKET_CLOCKWISE: i32 = 20_120;
+    pub const POCKET_COUNTERCLOCKWISE: i32 = 20_130;
+    /// Haas's G70 to G72 of mills: holes on a circle, on an arc and on a line.
+    pub const HOLES_ON_CIRCLE: i32 = 20_700;
+    pub const HOLES_ON_ARC: i32 = 20_710;
+    pub const HOLES_ON_LINE: i32 = 20_720;
+    /// Haas's G100 and G101: mirrors that stand at zero, off and on.
+    pub const MIRROR_OFF: i32 = 21_000;
+    pub const MIRROR_ON: i32 = 21_010;
     /// M109: the operator is asked for a variable.
     pub const ASK_OPERATOR: i32 = 109;
     /// G76 of mills: boring with a step aside at the bottom.
@@ -179,6 +189,9 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         980 if lathe => Code(Group::FeedMode, 940),
         990 if lathe => Code(Group::FeedMode, 950),
         700 | 710 | 720 | 730 | 740 | 750 | 760 | 900 | 920 | 940 if lathe => Code(Group::Motion, 10_000 + tenths),
+        120 | 130 if haas && !lathe => Code(Group::NonModal, 20_000 + tenths),
+        700 | 710 | 720 if haas => Code(Group::NonModal, 20_000 + tenths),
+        1000 | 1010 if haas => Code(Group::Mirror, 20_000 + tenths),
         700 | 710..=712 | 720..=722 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),

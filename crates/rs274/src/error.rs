@@ -164,6 +164,9 @@ pub enum Cause {
     /// The same, of a code that programs may be asked to skip.
     #[error("code is not supported; if it moves nothing, ignore it (`--ignore {0}`)")]
     UnsupportedCode(CodeName),
+    /// A code of the control that this interpreter does not read; the message says what it does.
+    #[error("{0} is not read")]
+    Unread(&'static str),
     /// Two codes that exclude each other.
     #[error("excludes {0} in the same block: same modal group")]
     ModalConflict(String),
@@ -226,6 +229,7 @@ impl Cause {
                 | Self::DuplicateWord
                 | Self::Unsupported
                 | Self::UnsupportedCode(_)
+                | Self::Unread(_)
                 | Self::ModalConflict(_)
                 | Self::UnknownTool
                 | Self::UnknownSubroutine

@@ -9,6 +9,7 @@ use super::error::{Cause, Fault};
 use super::oword::SECOND_ARGUMENTS;
 use super::parameters::Parameters;
 use super::setup::Setup;
+use super::unread::unread_g;
 use std::cell::Cell;
 
 /// A value must be this close to a whole number (or a tenth, for G) to be taken as one (LinuxCNC does the same).
@@ -248,7 +249,7 @@ impl Values {
                     }
                     continue;
                 }
-                Meaning::Common | Meaning::Unknown => return Err(fault(unsupported(word.letter, number))),
+                Meaning::Common | Meaning::Unknown => return Err(fault(unsupported(word.letter, number, setup))),
             };
             let entry = &mut values.codes[group as usize];
             match entry {
@@ -531,8 +532,13 @@ fn duplicate(block: &Block, letter: char, setup: &Setup) -> Cause {
     Cause::DuplicateWord
 }
 
-fn unsupported(letter: char, number: f64) -> Cause {
-    match whole(number * 10.0) {
+fn unsupported(letter: char, number: f64, setup: &Setup) -> Cause {
+    let tenths = whole(number * 10.0);
+    let unread = tenths.filter(|_| letter == 'g');
+    if let Some(what) = unread.and_then(|tenths| unread_g(tenths, setup.dialect, setup.is_fanuc_lathe())) {
+        return Cause::Unread(what);
+    }
+    match tenths {
         Some(tenths) if tenths >= 0 => Cause::UnsupportedCode(CodeName::new(letter, tenths)),
         _ => Cause::Unsupported,
     }

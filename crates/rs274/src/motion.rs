@@ -403,7 +403,7 @@ impl Interpreter<'_> {
     }
 
     /// The feed rate of an arc in axis positions.
-    fn arc_feed(&self, circle: &Circle, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
+    pub(super) fn arc_feed(&self, circle: &Circle, target: &Values9, values: &Values) -> Result<Option<f64>, Fault> {
         let [first, second, normal] = self.modes.plane.axes().map(|axis| axis as usize);
         let radius = (self.position[first] - circle.centre[0]).hypot(self.position[second] - circle.centre[1]);
         let along = target[normal] - self.position[normal];
@@ -420,6 +420,12 @@ impl Interpreter<'_> {
         self.refuse_leading_out_by_an_arc(values)?;
         let (start, end) = (self.offsets.to_program(&self.position), self.offsets.to_program(target));
         let circle = self.circle(values, &start, &end, clockwise, turns, None)?;
+        self.bend_to(target, &circle, values)
+    }
+
+    /// An arc in program coordinates by straight feeds.
+    pub(super) fn bend_to(&mut self, target: &Values9, circle: &Circle, values: &Values) -> Result<(), Fault> {
+        let (start, end) = (self.offsets.to_program(&self.position), self.offsets.to_program(target));
         let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
         let radius = |at: &Values9| (at[first] - circle.centre[0]).hypot(at[second] - circle.centre[1]);
         let radii = [radius(&start), radius(&end)];

@@ -1,20 +1,23 @@
-//! Turned (G68), scaled (G51), mirrored (G51.1) and polar (G16) coordinates of Fanuc's and Haas's controls.
+//! Turned (G68), scaled (G51), mirrored (G51.1, Haas's G101) and polar (G16) coordinates of Fanuc's and Haas's controls.
 //!
 //! A program's point is mirrored first, then scaled, then turned, as Fanuc's manuals have it. In a plane that G51.1 mirrors along one axis G68 turns the
 //! other way. Of the turn where G51 mirrors, and of Haas's mirrors beside a turn, the manuals say nothing.
 
 use super::affine::Affine;
 use super::canonical::{Axis, Plane};
-use super::dialect::Dialect;
+use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
 use super::interpret::Interpreter;
 use super::modal::{Code, Group, Values};
-use super::offsets::Values9;
+use super::offsets::{Offsets, Values9};
 
 const LINEAR: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
 /// Note on a turn in mirrored coordinates that manuals leave open.
 const MIRRORED_TURN: &str = "G68 turns mirrored coordinates: which way the control turns them, and about which point, is not known here; one way is followed";
+
+/// Note on Haas's mirrors about a zero that is shifted.
+const SHIFTED_MIRROR: &str = "G101 mirrors about the work zero; whether that is the zero which G52 or G92 has shifted is not known, and it is taken to be";
 
 /// Note on the angle of a turn in G91, which a setting of the control may make a step.
 const STEP_OF_TURN: &str = "R of G68 in G91 is taken for the whole angle; with Fanuc's parameter 5400#0 (RIN) at 1, and Haas's Setting 73 ON, it adds to the angle before";
@@ -84,7 +87,10 @@ impl Interpreter<'_> {
             }
         }
         if let Some(code) = values.code(Group::Mirror) {
-            self.mirror(values, code)?;
+            match code.number {
+                own::MIRROR_OFF | own::MIRROR_ON => self.mirror_at_zero(values, code)?,
+                _ => self.mirror(values, code)?,
+            }
         }
         if let Some(code) = values.code(Group::Scale) {
             self.scale(values, code)?;
@@ -185,6 +191,41 @@ impl Interpreter<'_> {
         let scale = Affine::scale(factors, about).ok_or_else(|| code.fault(Cause::Range("a scale", "other than 0")))?;
         (self.transforms.scale, self.transforms.factors) = (Some(scale), Some(factors));
         self.transform(code)
+    }
+
+    /// Haas's G101: the named axes are mirrored about zero, whatever their words say; G100 ends that for them.
+    fn mirror_at_zero(&mut self, values: &Values, code: &Code) -> Result<(), Fault> {
+        let starts = code.number == own::MIRROR_ON;
+        let is_named = |axis: Axis| self.take_axis(values, axis).is_some();
+        let named = Axis::ALL.map(is_named);
+        if !named.contains(&true) {
+            return Err(code.fault(Cause::Missing("an axis word, which names the axis to mirror,")));
+        }
+        let other = Axis::ALL.into_iter().find(|axis| named[*axis as usize] && !LINEAR.contains(axis));
+        if let Some(axis) = other.filter(|_| starts) {
+            let letter = axis.letter().to_ascii_lowercase();
+            return Err(values.fault(letter, Cause::NotAllowed("a mirror of another axis than X, Y and Z")));
+        }
+        let changes =
+            LINEAR.iter().any(|&axis| named[axis as usize] && self.transforms.mirrors[axis as usize].is_some());
+        if !starts && !changes {
+            return Ok(());
+        }
+        for (mirror, _) in self.transforms.mirrors.iter_mut().zip(named).filter(|(_, named)| *named) {
+            *mirror = starts.then_some(0.0);
+        }
+        self.note_shifted_mirror();
+        self.transform(code)
+    }
+
+    /// Notes a mirror of Haas's that stands at a zero which G52 or G92 has shifted.
+    pub(super) fn note_shifted_mirror(&mut self) {
+        let Offsets { shift, local_zero, .. } = &self.offsets;
+        let is_shifted = |axis: usize| shift[axis] != 0.0 || local_zero[axis] != 0.0;
+        let stands_there = |axis: usize| self.transforms.mirrors[axis] == Some(0.0) && is_shifted(axis);
+        if self.setup.dialect == Dialect::Haas && (0..3).any(stands_there) {
+            self.note_unknown(SHIFTED_MIRROR.to_owned());
+        }
     }
 
     /// G51.1: the named axes are mirrored where their words say; G50.1 ends that for the named axes, or all.
