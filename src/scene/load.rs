@@ -102,26 +102,8 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let mut drawn_tools = Vec::new();
-    let program = match &scene.program {
-        Some(file) => {
-            let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(&document, &machine, tip)).transpose()?;
-            let mut setup = read_setup(&document, &machine, file, tip.as_ref())?;
-            drawn_tools = mount_tools(&document, &machine, &mut parts, file, tip.as_ref(), &mut setup)?;
-            Some(read_program(&mut folder, &document, file, &setup, tip, overrides)?)
-        }
-        None => None,
-    };
-    let files = scene
-        .program
-        .iter()
-        .filter(|_| !(overrides.skips_program || overrides.defers_program))
-        .flat_map(|file| &file.more);
-    let more = files.zip(program.iter().cycle()).map(|(path, first)| {
-        let source = folder.text(path)?;
-        program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
-    });
-    let more_programs = more.collect::<Result<_, SceneError>>()?;
+    let (program, more_programs, drawn_tools) =
+        read_programs(&mut folder, &document, &scene, &machine, &mut parts, overrides)?;
     let recorded = scene.recorded.as_ref();
     let recording =
         recorded.map(|file| read_recording(&mut folder, &file.file, &machine, &parts, program.as_ref())).transpose()?;
@@ -170,6 +152,29 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
         lost_tools: false,
         mesh_files,
     })
+}
+
+/// The scene's program and the further ones, and the tools of the first that are drawn, which it adds to the parts.
+fn read_programs(
+    folder: &mut Folder,
+    document: &Document,
+    scene: &SceneFile,
+    machine: &Machine,
+    parts: &mut Vec<Part>,
+    overrides: &Overrides,
+) -> Result<(Option<ProgramRun>, Vec<ProgramRun>, Vec<DrawnTool>), SceneError> {
+    let Some(file) = &scene.program else { return Ok(Default::default()) };
+    let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
+    let mut setup = read_setup(document, machine, file, tip.as_ref())?;
+    let drawn_tools = mount_tools(document, machine, parts, file, tip.as_ref(), &mut setup)?;
+    let first = read_program(folder, document, file, &setup, tip, overrides)?;
+    let skips_more = overrides.skips_program || overrides.defers_program;
+    let more = file.more.iter().filter(|_| !skips_more).map(|path| {
+        let source = folder.text(path)?;
+        program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
+    });
+    let more = more.collect::<Result<Vec<_>, SceneError>>()?;
+    Ok((Some(first), more, drawn_tools))
 }
 
 /// The machine, from the scene file or from a separate file, and the parts of the separate file.
