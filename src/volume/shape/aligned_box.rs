@@ -36,6 +36,18 @@ pub struct AlignedPose {
     translation: Vector,
 }
 
+impl AlignedPose {
+    pub(crate) fn new(a_from_b: &Isometry) -> Self {
+        let rotation = rigid::rotation(a_from_b);
+        Self { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
+    }
+
+    #[inline(always)]
+    pub(crate) fn point(&self, p: &Point) -> Point {
+        Point::from(self.rotation * p.coords + self.translation)
+    }
+}
+
 impl<T> AlignedBox<T> {
     /// The box with this centre and these half-lengths, mm.
     pub const fn new(centre: Point, half: Vector) -> Self {
@@ -54,8 +66,7 @@ impl<T: BoxTest> Shape for AlignedBox<T> {
     type Pose = AlignedPose;
 
     fn pose(a_from_b: &Isometry) -> AlignedPose {
-        let rotation = rigid::rotation(a_from_b);
-        AlignedPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
+        AlignedPose::new(a_from_b)
     }
 
     #[inline(always)]
