@@ -523,8 +523,7 @@ impl Bodies {
 /// Whether one part is of a tool and the other the workpiece.
 fn is_tool_and_workpiece(scene: &Scene, pair: Pair) -> bool {
     let roles = [pair.a, pair.b].map(|part| scene.parts[part].role);
-    let is_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
-    roles.contains(&Role::Workpiece) && roles.into_iter().any(is_tool)
+    roles.contains(&Role::Workpiece) && roles.into_iter().any(Role::is_of_tool)
 }
 
 /// A cutter against a finished workpiece: trees of triangles say whether the two touch, samples how deep the one is in the other.
