@@ -73,20 +73,15 @@ impl Tree {
     }
 
     fn enclose(&mut self, node: Node) -> [Point; 2] {
-        let found = if node.len() <= BARE {
-            let corners = self.triangles[node.low as usize..node.high as usize].as_flattened();
-            corners.iter().fold([corners[0]; 2], |[low, high], p| [low.inf(p), high.sup(p)])
-        } else {
-            let [[a, b], [c, d]] = node.halves().map(|half| self.enclose(half));
-            [a.inf(&c), b.sup(&d)]
-        };
-        if node.len() > BARE {
-            if self.boxes.len() <= node.id {
-                self.boxes.resize(node.id + 1, [Point::origin(); 2]);
-            }
-            self.boxes[node.id] = found;
+        if node.len() <= BARE {
+            return self.bounds(node);
         }
-        found
+        let [[a, b], [c, d]] = node.halves().map(|half| self.enclose(half));
+        if self.boxes.len() <= node.id {
+            self.boxes.resize(node.id + 1, [Point::origin(); 2]);
+        }
+        self.boxes[node.id] = [a.inf(&c), b.sup(&d)];
+        self.boxes[node.id]
     }
 
     /// The box around a node, mm.

@@ -239,25 +239,9 @@ pub fn check(
     }
     refuse_missing_axes(scene, run)?;
     let reach = path.reach();
-    let mut decisions = pairs::decide(scene, &reach, settings.clearances(scene));
-    let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
-    if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
-        return Err(CheckError::NoPairs(scene.name.clone()));
-    }
     let spun = Spun::of(scene, run, &path);
-    let (cutting, turned): (Vec<Pair>, Vec<Pair>) =
-        turned_pairs(&spun, &reach, settings).into_iter().partition(|&pair| scene.is_cutting(pair));
-    let of_stock: Vec<Pair> =
-        pairs.iter().copied().chain(cutting.into_iter().filter(|pair| !pairs.contains(pair))).collect();
-    let (mut workpieces, uncut) = Workpiece::all(scene, &path, &of_stock, (&spun, &turned), settings)?;
-    // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
-    let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
-    let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
-    let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
-    // Out of reach as drawn, a pair may be within reach at another angle: it is examined then.
-    let is_turned: BTreeSet<Pair> = turned.iter().copied().collect();
-    let is_examined = |decision: &&mut Decision| is_turned.contains(&decision.pair) || is_stock(decision.pair);
-    decisions.iter_mut().filter(is_examined).for_each(|decision| decision.dropped = None);
+    let Examined { decisions, pairs, turned, of_stock, mut workpieces, uncut } =
+        Examined::of(scene, &path, &reach, &spun, settings)?;
     progress.begin("building trees", 1);
     let for_the_rest = registry.fastest().unwrap_or(variant);
     let (trees_ns, [bodies, turned_bodies]) = timer::time(|| {
@@ -337,6 +321,50 @@ pub fn check(
         duration_s: path.duration_s(),
         trees_ns,
     })
+}
+
+/// What a check examines.
+struct Examined<'a> {
+    decisions: Vec<Decision>,
+    /// Pairs that are examined as drawn.
+    pairs: Vec<Pair>,
+    /// Pairs that are examined at every angle of a spindle.
+    turned: Vec<Pair>,
+    /// Those of both that are held against what is left of a workpiece.
+    of_stock: Vec<Pair>,
+    workpieces: Vec<Workpiece<'a>>,
+    /// Workpieces that cannot be cut.
+    uncut: Vec<usize>,
+}
+
+impl<'a> Examined<'a> {
+    fn of(
+        scene: &'a Scene,
+        path: &'a Path<'a>,
+        reach: &pairs::Reach,
+        spun: &Spun,
+        settings: &Settings,
+    ) -> Result<Self, CheckError> {
+        let mut decisions = pairs::decide(scene, reach, settings.clearances(scene));
+        let pairs: Vec<Pair> = decisions.iter().filter(|d| d.dropped.is_none()).map(|d| d.pair).collect();
+        if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
+            return Err(CheckError::NoPairs(scene.name.clone()));
+        }
+        let (cutting, turned): (Vec<Pair>, Vec<Pair>) =
+            turned_pairs(spun, reach, settings).into_iter().partition(|&pair| scene.is_cutting(pair));
+        let of_stock: Vec<Pair> =
+            pairs.iter().copied().chain(cutting.into_iter().filter(|pair| !pairs.contains(pair))).collect();
+        let (workpieces, uncut) = Workpiece::all(scene, path, &of_stock, (spun, &turned), settings)?;
+        // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
+        let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
+        let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
+        let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
+        // Out of reach as drawn, a pair may be within reach at another angle: it is examined then.
+        let is_turned: BTreeSet<Pair> = turned.iter().copied().collect();
+        let is_examined = |decision: &&mut Decision| is_turned.contains(&decision.pair) || is_stock(decision.pair);
+        decisions.iter_mut().filter(is_examined).for_each(|decision| decision.dropped = None);
+        Ok(Self { decisions, pairs, turned, of_stock, workpieces, uncut })
+    }
 }
 
 /// The pairs in which a part turns and the other does not turn with it, that come near at some angle.
@@ -523,8 +551,7 @@ impl Bodies {
 /// Whether one part is of a tool and the other the workpiece.
 fn is_tool_and_workpiece(scene: &Scene, pair: Pair) -> bool {
     let roles = [pair.a, pair.b].map(|part| scene.parts[part].role);
-    let is_tool = |role: Role| matches!(role, Role::Cutter | Role::Shank | Role::Holder);
-    roles.contains(&Role::Workpiece) && roles.into_iter().any(is_tool)
+    roles.contains(&Role::Workpiece) && roles.into_iter().any(Role::is_of_tool)
 }
 
 /// A cutter against a finished workpiece: trees of triangles say whether the two touch, samples how deep the one is in the other.

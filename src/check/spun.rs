@@ -8,11 +8,10 @@
 use super::motion::Path;
 use super::turning::{WorkAxis, may_be_driven};
 use crate::geometry::{Isometry, Mesh, Point, Triangle, Vector};
-use crate::interference::revolved::{clipped, nearest_to_axis};
+use crate::interference::revolved::{clipped, line_to_z, nearest_to_axis};
 use crate::interference::{ROUND, Revolved};
 use crate::machine::{Joint, Motion};
 use crate::scene::{Pair, Part, ProgramRun, Role, Scene, Turns};
-use nalgebra::UnitQuaternion;
 use rs274::{Plane, Position};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -51,22 +50,15 @@ pub(super) struct Spun {
 struct TurnedBy {
     /// The link of the spindle.
     spindle: Option<usize>,
-    about: About,
+    /// Takes the part's frame to one whose z is the axis about which it turns; `None` where that is not known, or moves.
+    axis_from_part: Option<Isometry>,
     /// Whether the part may turn about its own axis instead.
     is_unsure: bool,
 }
 
-/// About which axis a part turns.
-enum About {
-    /// The z axis of the frame to which this takes the part's frame.
-    Axis(Isometry),
-    /// One that is not known, or moves.
-    Unknown,
-}
-
 impl TurnedBy {
-    const fn new(spindle: Option<usize>, about: About) -> Self {
-        Self { spindle, about, is_unsure: false }
+    const fn new(spindle: Option<usize>, axis_from_part: Option<Isometry>) -> Self {
+        Self { spindle, axis_from_part, is_unsure: false }
     }
 }
 
@@ -93,24 +85,23 @@ impl Spun {
                 (_, Some(spindles)) => spindles.turning(scene, path, number),
                 (_, None) => on_mill(scene, run, part),
             };
-            let Some(TurnedBy { spindle, about, is_unsure }) = turned else { continue };
+            let Some(TurnedBy { spindle, axis_from_part, is_unsure }) = turned else { continue };
             spun.spindles[number] = Some(spindle);
             if is_unsure {
                 spun.unsure.push(number);
             }
-            match about {
-                About::Axis(axis_from_part) => {
-                    spun.axes[number] = Some(axis_from_part).filter(|_| is_of_tool(part));
-                    let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
-                    match rings(&slabs, &axis_from_part) {
-                        Some(mesh) => {
-                            spun.scene.parts[number].mesh = Arc::new(mesh);
-                            spun.is_turned[number] = true;
-                        }
-                        None => spun.as_drawn.push(number),
-                    }
+            let Some(axis_from_part) = axis_from_part else {
+                spun.as_drawn.push(number);
+                continue;
+            };
+            spun.axes[number] = part.role.is_of_tool().then_some(axis_from_part);
+            let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
+            match rings(&slabs, &axis_from_part) {
+                Some(mesh) => {
+                    spun.scene.parts[number].mesh = Arc::new(mesh);
+                    spun.is_turned[number] = true;
                 }
-                About::Unknown => spun.as_drawn.push(number),
+                None => spun.as_drawn.push(number),
             }
         }
         // What holds such a cutter turns with it, or stands.
@@ -179,7 +170,7 @@ impl WorkSpindles {
             let carries = |other: usize| machine.chain(scene.parts[other].link).any(|link| link == joint);
             let has_own = |other: usize| joint_of(other).is_some_and(|own| own != joint);
             let is_work = |other: usize| scene.parts[other].role == Role::Workpiece;
-            let matters = |&other: &usize| is_of_tool(&scene.parts[other]) || is_work(other) && has_own(other);
+            let matters = |&other: &usize| scene.parts[other].role.is_of_tool() || is_work(other) && has_own(other);
             (0..scene.parts.len()).filter(matters).any(carries)
         };
         let spindle_of = |number: usize| {
@@ -187,7 +178,7 @@ impl WorkSpindles {
             joint_of(number).filter(|&joint| match (part.role, part.turns) {
                 (Role::Workpiece, _) => true,
                 (Role::Fixture, None) => !swivels(joint),
-                (_, turns) => turns == Some(Turns::Spindle) && !is_of_tool(part),
+                (_, turns) => turns == Some(Turns::Spindle) && !part.role.is_of_tool(),
             })
         };
         let joints = (0..scene.parts.len()).filter_map(spindle_of).collect();
@@ -213,16 +204,16 @@ impl WorkSpindles {
         let body = machine.rigid_body(part.link);
         if let Some(spindle) = machine.chain(part.link).find(|link| self.joints.contains(link)) {
             if body != Some(spindle) {
-                return Some(TurnedBy::new(Some(spindle), About::Unknown));
+                return Some(TurnedBy::new(Some(spindle), None));
             }
             let joint = machine.links()[spindle].joint.as_ref();
             let Some(Motion::Rotary { direction, point }) = joint.map(|joint| joint.motion) else { return None };
             let zero = machine.forward(&Position::default());
             let spindle_from_part =
                 zero.world_from(Some(spindle)).inv_mul(&zero.world_from(part.link)) * part.link_from_part;
-            return Some(TurnedBy::new(Some(spindle), About::Axis(upright(&point, &direction) * spindle_from_part)));
+            return Some(TurnedBy::new(Some(spindle), Some(line_to_z(&point, &direction) * spindle_from_part)));
         }
-        let unknown = TurnedBy::new(body, About::Unknown);
+        let unknown = TurnedBy::new(body, None);
         let is_said = part.turns == Some(Turns::Spindle);
         match part.role {
             Role::Workpiece | Role::Fixture => {}
@@ -235,7 +226,7 @@ impl WorkSpindles {
         if let Some(axis) = self.axes.iter().find(|axis| is_beside(scene, axis, number)) {
             let axis_from_part = axis_from_part(scene, axis, number);
             if part.role == Role::Workpiece || is_said || self.balanced.contains(&number) {
-                return Some(TurnedBy::new(body, About::Axis(axis_from_part)));
+                return Some(TurnedBy::new(body, Some(axis_from_part)));
             }
             // It may be a chuck, or a steady that stands.
             return slabs(&part.mesh, &axis_from_part).map(|_| unknown);
@@ -288,10 +279,6 @@ fn is_balanced(scene: &Scene, axis: &WorkAxis, parts: &[usize]) -> bool {
     moment.x.hypot(moment.y) <= OFF_BALANCE * reach * area
 }
 
-const fn is_of_tool(part: &Part) -> bool {
-    matches!(part.role, Role::Cutter | Role::Shank | Role::Holder)
-}
-
 /// Whether a mesh is round about the axis of its body of revolution, or nearly fills that body.
 fn is_about(mesh: &Mesh, body: &Revolved) -> bool {
     body.filled >= ROUND || slabs(mesh, &body.tool_from_mesh).is_none()
@@ -301,17 +288,17 @@ fn is_about(mesh: &Mesh, body: &Revolved) -> bool {
 fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
     let body = |link: Option<usize>| scene.machine.rigid_body(link);
     let spindle =
-        run.tip.as_ref().filter(|tip| is_of_tool(part) && body(tip.tool_link) == body(part.link)).map(|tip| {
+        run.tip.as_ref().filter(|tip| part.role.is_of_tool() && body(tip.tool_link) == body(part.link)).map(|tip| {
             let zero = scene.machine.forward(&Position::default());
             let tool_from_link = zero.world_from(tip.tool_link).inv_mul(&zero.world_from(part.link));
-            upright(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
+            line_to_z(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
         });
     match (part.turns, spindle) {
-        (None, None) if !is_of_tool(part) || is_about(&part.mesh, &Revolved::around(&part.mesh)) => None,
-        (_, None) => Some(TurnedBy::new(body(part.link), About::Unknown)),
+        (None, None) if !part.role.is_of_tool() || is_about(&part.mesh, &Revolved::around(&part.mesh)) => None,
+        (_, None) => Some(TurnedBy::new(body(part.link), None)),
         (turns, Some(axis)) => {
             let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
-            Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), About::Axis(axis)) })
+            Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), Some(axis)) })
         }
     }
 }
@@ -321,7 +308,8 @@ fn driven(scene: &Scene, number: usize) -> TurnedBy {
     let zero = scene.machine.forward(&Position::default());
     let part = &scene.parts[number];
     let drive = |part: &Part| (part.tool, part.turns, scene.machine.rigid_body(part.link));
-    let is_driven_too = |&other: &usize| is_of_tool(&scene.parts[other]) && drive(&scene.parts[other]) == drive(part);
+    let is_driven_too =
+        |&other: &usize| scene.parts[other].role.is_of_tool() && drive(&scene.parts[other]) == drive(part);
     let mut parts: Vec<usize> = (0..scene.parts.len()).filter(is_driven_too).collect();
     parts.sort_by_key(|&other| (other != number, scene.parts[other].role != Role::Cutter));
     let round_axis = |other: usize| {
@@ -332,7 +320,7 @@ fn driven(scene: &Scene, number: usize) -> TurnedBy {
         is_about(mesh, &own).then(|| own.tool_from_mesh * other_from_part)
     };
     let axis = parts.into_iter().find_map(round_axis).or_else(|| fluted_axis(&part.mesh));
-    TurnedBy::new(scene.machine.rigid_body(part.link), axis.map_or(About::Unknown, About::Axis))
+    TurnedBy::new(scene.machine.rigid_body(part.link), axis)
 }
 
 /// The axis of a mesh that is longer than thick and repeats itself around it, as a fluted drill does.
@@ -375,13 +363,6 @@ fn passes(point: &Point, along: &Vector, radius: f64, [low, high]: [f64; 2]) -> 
     let nearest = if across > 0.0 { -point.coords.xy().dot(&along.xy()) / across } else { from.max(0.0).min(to) };
     let at = point + along * nearest.clamp(from, to);
     at.x.hypot(at.y) < radius
-}
-
-/// Takes a line to z.
-fn upright(point: &Point, direction: &Vector) -> Isometry {
-    let turn = UnitQuaternion::rotation_between(direction, &Vector::z())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
-    Isometry::from_parts((turn * -point.coords).into(), turn)
 }
 
 /// The slice of a mesh between two heights.
@@ -528,6 +509,7 @@ fn rings(slabs: &[Slab], axis_from_part: &Isometry) -> Option<Mesh> {
 mod tests {
     use super::*;
     use crate::geometry::shapes::{Shape, Tessellation};
+    use nalgebra::UnitQuaternion;
 
     fn mesh(toml: &str) -> Mesh {
         let shape: Shape = toml::from_str(toml).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::{TreeReport, drift};
-use crate::volume::aabb::FifteenAxes;
+use crate::volume::aabb::Aabb;
 use crate::volume::shape::aligned_box::AlignedBox;
 use crate::volume::shape::obb::Obb;
 use crate::volume::shape::sphere::Sphere;
@@ -25,7 +25,7 @@ impl Facts {
         }
         match *plain {
             Plain::Box { axes, centre, half } if axes == Matrix3::identity() => {
-                of(&AlignedBox::<FifteenAxes>::new(centre, half))
+                of(&AlignedBox::<Aabb>::new(centre, half))
             }
             Plain::Box { axes, centre, half } => of(&Obb { axes, centre, half }),
             Plain::Ball { centre, radius } => of(&Sphere { centre, radius }),

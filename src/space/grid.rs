@@ -6,11 +6,12 @@
 //! box. Deviation: both meshes have a grid. Usually one grid holds all objects of a scene, but such a grid would have to be rebuilt for
 //! every pose.
 
-use super::{Turn, bounds_overlap, may_reach, padded_bounds};
+use super::{bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
 use crate::geometry::separating_axes::gap_mm;
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified, rigid, triangle_distance};
 use crate::tree::traverse::Probe;
+use crate::volume::shape::aligned_box::AlignedPose;
 use std::ops::{ControlFlow, RangeInclusive};
 
 /// Number of voxels per triangle; I. Wald, T. Ize, A. Kensler, A. Knoll, S. G. Parker, "Ray Tracing Animated Scenes using Coherent Grid
@@ -148,7 +149,7 @@ impl Grid {
         probe: &mut impl Probe,
         mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let (turn, back) = (Turn::new(a_from_b), Turn::new(&rigid::inverse(a_from_b)));
+        let (turn, back) = (AlignedPose::new(a_from_b), AlignedPose::new(&rigid::inverse(a_from_b)));
         let placement = Placement::new(a_from_b);
         let pad = self.pad.max(other.pad);
         scratch.seen.resize(self.triangles.len().max(scratch.seen.len()), 0);
@@ -194,7 +195,7 @@ impl Grid {
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Every pair of occupied voxels
     /// is compared with the least distance so far, because a grid has no order by distance.
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
-        let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
+        let (turn, placement) = (AlignedPose::new(a_from_b), Placement::new(a_from_b));
         let half = |grid: &Self| Vector::repeat(grid.pitch / 2.0 + grid.pad);
         let (half_a, half_b) = (half(self), half(other));
         let mine: Vec<usize> = self.occupied().collect();

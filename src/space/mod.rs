@@ -15,27 +15,8 @@ pub mod grid;
 pub mod octree;
 
 use crate::geometry::plane::Plane;
-use crate::geometry::separating_axes::{pad_mm, widened_abs};
-use crate::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
-use nalgebra::Matrix3;
-
-/// The rotation of a pose and its effect on axis-aligned boxes, computed once per query.
-struct Turn {
-    rotation: Matrix3<f64>,
-    widened: Matrix3<f64>,
-    translation: Vector,
-}
-
-impl Turn {
-    fn new(pose: &Isometry) -> Self {
-        let rotation = rigid::rotation(pose);
-        Self { rotation, widened: widened_abs(&rotation), translation: pose.translation.vector }
-    }
-
-    fn point(&self, p: &Point) -> Point {
-        Point::from(self.rotation * p.coords + self.translation)
-    }
-}
+use crate::geometry::separating_axes::pad_mm;
+use crate::geometry::{Point, Triangle, Vector, triangle};
 
 /// Low corner and high corner of the bounding box of triangles, widened by twice the pad, and the pad itself; all mm. Without triangles, the
 /// box is the origin.

@@ -5,11 +5,12 @@
 //! together, opening the larger cube. Empty octants are not stored.
 
 use super::grid::nearest;
-use super::{Turn, bounds_overlap, may_reach, padded_bounds};
+use super::{bounds_overlap, may_reach, padded_bounds};
 use crate::geometry::grid::Placement;
 use crate::geometry::separating_axes::{gap_mm, separated};
 use crate::geometry::{Isometry, Point, Triangle, Vector, certified};
 use crate::tree::traverse::Probe;
+use crate::volume::shape::aligned_box::AlignedPose;
 use std::ops::ControlFlow;
 
 /// Largest number of triangles of an octant that stays a leaf.
@@ -164,7 +165,7 @@ impl Octree {
         probe: &mut impl Probe,
         mut on_contact: impl FnMut(u32, u32) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
+        let (turn, placement) = (AlignedPose::new(a_from_b), Placement::new(a_from_b));
         let apart = |i: u32, j: u32| {
             let (a, b) = (&self.octants[i as usize], &other.octants[j as usize]);
             let t = turn.point(&b.centre) - a.centre;
@@ -213,7 +214,7 @@ impl Octree {
     /// The distance between the meshes, mm, if it is below `below_mm`; otherwise infinity. 0 when they touch. Uses branch and bound with
     /// the gap between two octants; the nearest pair is opened first.
     pub fn distance_mm(&self, other: &Self, a_from_b: &Isometry, below_mm: f64) -> f64 {
-        let (turn, placement) = (Turn::new(a_from_b), Placement::new(a_from_b));
+        let (turn, placement) = (AlignedPose::new(a_from_b), Placement::new(a_from_b));
         let gap = |i: u32, j: u32| {
             let (a, b) = (&self.octants[i as usize], &other.octants[j as usize]);
             let t = turn.point(&b.centre) - a.centre;

@@ -11,10 +11,6 @@ use crate::geometry::{Triangle, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Aabb;
 
-/// The test by fifteen axes.
-#[derive(Clone, Copy, Debug)]
-pub struct FifteenAxes;
-
 impl BoundingVolume for Aabb {
     const INFO: Info = Info {
         id: "aabb",
@@ -23,14 +19,14 @@ impl BoundingVolume for Aabb {
         safe: true,
     };
 
-    type Shape = AlignedBox<FifteenAxes>;
+    type Shape = AlignedBox<Aabb>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         AlignedBox::around(triangles)
     }
 }
 
-impl BoxTest for FifteenAxes {
+impl BoxTest for Aabb {
     #[inline(always)]
     fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         separated(t, &pose.rotation, &pose.widened, a, b)

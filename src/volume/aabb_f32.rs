@@ -1,6 +1,6 @@
 //! The axis-aligned box, stored in single precision (see [`super::shape::single`]).
 
-use super::aabb::{Aabb, FifteenAxes};
+use super::aabb::Aabb;
 use super::shape::aligned_box::AlignedBox;
 use super::shape::single::Single;
 use super::{BoundingVolume, Info};
@@ -18,7 +18,7 @@ impl BoundingVolume for AabbF32 {
         safe: true,
     };
 
-    type Shape = Single<AlignedBox<FifteenAxes>>;
+    type Shape = Single<AlignedBox<Aabb>>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Single::new(&Aabb::fit(triangles))

@@ -11,10 +11,6 @@ use crate::geometry::{Triangle, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct AabbRefit;
 
-/// The test of [`AabbRefit`].
-#[derive(Clone, Copy, Debug)]
-pub struct Refit;
-
 impl BoundingVolume for AabbRefit {
     const INFO: Info = Info {
         id: "aabb-refit",
@@ -23,14 +19,14 @@ impl BoundingVolume for AabbRefit {
         safe: true,
     };
 
-    type Shape = AlignedBox<Refit>;
+    type Shape = AlignedBox<AabbRefit>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         AlignedBox::around(triangles)
     }
 }
 
-impl BoxTest for Refit {
+impl BoxTest for AabbRefit {
     #[inline(always)]
     fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         let q = &pose.widened;
@@ -46,11 +42,11 @@ mod tests {
 
     #[test]
     fn boxes_that_just_touch_are_not_separated() {
-        let pose = AlignedBox::<Refit>::pose(&Isometry::identity());
+        let pose = AlignedBox::<AabbRefit>::pose(&Isometry::identity());
         let (a, b) = (Vector::new(1.0, 2.0, 3.0), Vector::new(4.0, 5.0, 6.0));
         let q = &pose.widened;
         let reach = a[0] + q[(0, 0)] * b[0] + q[(0, 1)] * b[1] + q[(0, 2)] * b[2];
-        assert!(!Refit::separated(&Vector::new(reach, 0.0, 0.0), &pose, &a, &b));
-        assert!(Refit::separated(&Vector::new(-reach.next_up(), 0.0, 0.0), &pose, &a, &b));
+        assert!(!AabbRefit::separated(&Vector::new(reach, 0.0, 0.0), &pose, &a, &b));
+        assert!(AabbRefit::separated(&Vector::new(-reach.next_up(), 0.0, 0.0), &pose, &a, &b));
     }
 }

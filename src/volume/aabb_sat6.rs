@@ -13,10 +13,6 @@ use crate::geometry::{Triangle, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct AabbSat6;
 
-/// The test of [`AabbSat6`].
-#[derive(Clone, Copy, Debug)]
-pub struct SixAxes;
-
 impl BoundingVolume for AabbSat6 {
     const INFO: Info = Info {
         id: "aabb-sat6",
@@ -25,14 +21,14 @@ impl BoundingVolume for AabbSat6 {
         safe: true,
     };
 
-    type Shape = AlignedBox<SixAxes>;
+    type Shape = AlignedBox<AabbSat6>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         AlignedBox::around(triangles)
     }
 }
 
-impl BoxTest for SixAxes {
+impl BoxTest for AabbSat6 {
     #[inline(always)]
     fn separated(t: &Vector, pose: &AlignedPose, a: &Vector, b: &Vector) -> bool {
         separated_by_faces(t, &pose.rotation, &pose.widened, a, b)

@@ -8,10 +8,6 @@ use super::{BoundingVolume, Info};
 use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
-/// The coordinate axes and the four space diagonals.
-#[derive(Clone, Copy, Debug)]
-pub struct FacesAndCorners;
-
 /// The polytope of fourteen half-spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Dop14;
@@ -37,14 +33,14 @@ impl BoundingVolume for Dop14 {
         safe: true,
     };
 
-    type Shape = Dop<FacesAndCorners, 7>;
+    type Shape = Dop<Dop14, 7>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Dop::around(triangles)
     }
 }
 
-impl Directions<7> for FacesAndCorners {
+impl Directions<7> for Dop14 {
     fn normals() -> &'static [Vector; 7] {
         &NORMALS
     }

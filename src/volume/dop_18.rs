@@ -8,10 +8,6 @@ use super::{BoundingVolume, Info};
 use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
-/// The coordinate axes and the six diagonals of the coordinate planes.
-#[derive(Clone, Copy, Debug)]
-pub struct FacesAndEdges;
-
 /// The polytope of eighteen half-spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Dop18;
@@ -39,14 +35,14 @@ impl BoundingVolume for Dop18 {
         safe: true,
     };
 
-    type Shape = Dop<FacesAndEdges, 9>;
+    type Shape = Dop<Dop18, 9>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Dop::around(triangles)
     }
 }
 
-impl Directions<9> for FacesAndEdges {
+impl Directions<9> for Dop18 {
     fn normals() -> &'static [Vector; 9] {
         &NORMALS
     }

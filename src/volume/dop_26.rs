@@ -8,10 +8,6 @@ use super::{BoundingVolume, Info};
 use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
-/// The coordinate axes, the six diagonals of their planes and the four space diagonals.
-#[derive(Clone, Copy, Debug)]
-pub struct FacesEdgesAndCorners;
-
 /// The polytope of twenty-six half-spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Dop26;
@@ -46,14 +42,14 @@ impl BoundingVolume for Dop26 {
         safe: true,
     };
 
-    type Shape = Dop<FacesEdgesAndCorners, 13>;
+    type Shape = Dop<Dop26, 13>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Dop::around(triangles)
     }
 }
 
-impl Directions<13> for FacesEdgesAndCorners {
+impl Directions<13> for Dop26 {
     fn normals() -> &'static [Vector; 13] {
         &NORMALS
     }

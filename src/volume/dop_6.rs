@@ -8,10 +8,6 @@ use super::{BoundingVolume, Info};
 use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
-/// The coordinate axes.
-#[derive(Clone, Copy, Debug)]
-pub struct CubeFaces;
-
 /// The polytope of six half-spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Dop6;
@@ -26,14 +22,14 @@ impl BoundingVolume for Dop6 {
         safe: true,
     };
 
-    type Shape = Dop<CubeFaces, 3>;
+    type Shape = Dop<Dop6, 3>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Dop::around(triangles)
     }
 }
 
-impl Directions<3> for CubeFaces {
+impl Directions<3> for Dop6 {
     fn normals() -> &'static [Vector; 3] {
         &NORMALS
     }

@@ -8,10 +8,6 @@ use super::{BoundingVolume, Info};
 use crate::geometry::{Triangle, Vector};
 use std::sync::OnceLock;
 
-/// The space diagonals (1,1,1), (1,1,-1), (1,-1,1), (-1,1,1).
-#[derive(Clone, Copy, Debug)]
-pub struct Diagonals;
-
 /// The polytope of eight half-spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Dop8;
@@ -30,14 +26,14 @@ impl BoundingVolume for Dop8 {
         safe: true,
     };
 
-    type Shape = Dop<Diagonals, 4>;
+    type Shape = Dop<Dop8, 4>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Dop::around(triangles)
     }
 }
 
-impl Directions<4> for Diagonals {
+impl Directions<4> for Dop8 {
     fn normals() -> &'static [Vector; 4] {
         &NORMALS
     }

@@ -1,6 +1,6 @@
 //! The 8-DOP, stored in single precision (see [`super::shape::single`]).
 
-use super::dop_8::{Diagonals, Dop8};
+use super::dop_8::Dop8;
 use super::shape::dop::Dop;
 use super::shape::single::Single;
 use super::{BoundingVolume, Info};
@@ -18,7 +18,7 @@ impl BoundingVolume for Dop8F32 {
         safe: true,
     };
 
-    type Shape = Single<Dop<Diagonals, 4>>;
+    type Shape = Single<Dop<Dop8, 4>>;
 
     fn fit(triangles: &[Triangle]) -> Self::Shape {
         Single::new(&Dop8::fit(triangles))

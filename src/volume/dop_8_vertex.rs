@@ -5,7 +5,7 @@
 //! moved contents). Deviation: the extents of both polytopes are taken along each other's axes, not only along common ones. The variant
 //! shows how much tightness the bound by duality ([`super::shape::dop`]) loses, and the cost of an exact extent.
 
-use super::dop_8::{Diagonals, Dop8};
+use super::dop_8::Dop8;
 use super::shape::dop::{Directions, Dop};
 use super::{BoundingVolume, Info, Segment, Shape, Solid};
 use crate::geometry::{Isometry, Point, Triangle, Vector, rigid};
@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 const CORNERS: usize = 12;
 
 /// The slabs of the [`Dop8`] polytope.
-type Slabs = Dop<Diagonals, 4>;
+type Slabs = Dop<Dop8, 4>;
 
 /// The slabs, and the corners of the polytope that they enclose, mm, mesh frame.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ pub struct VertexPose {
 fn meeting_points() -> &'static [([usize; 3], Matrix3<f64>)] {
     static MATRICES: OnceLock<Vec<([usize; 3], Matrix3<f64>)>> = OnceLock::new();
     MATRICES.get_or_init(|| {
-        let n = Diagonals::normals();
+        let n = Dop8::normals();
         let matrix = |three: [usize; 3]| {
             let rows = Matrix3::from_rows(&three.map(|k| n[k].transpose()));
             rows.try_inverse().map(|inverse| (three, inverse))
@@ -132,7 +132,7 @@ impl Shape for Dop8Vertex {
     fn pose(a_from_b: &Isometry) -> VertexPose {
         let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;
-        let normals = Diagonals::normals();
+        let normals = Dop8::normals();
         VertexPose {
             along_a: normals.map(|d| (rotation.tr_mul(&d), d.dot(&translation))),
             along_b: normals.map(|d| (rotation * d, -(rotation * d).dot(&translation))),

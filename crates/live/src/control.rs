@@ -7,11 +7,13 @@
 use crate::config::{Config, Hold, Mode, Node, User};
 use crate::judge::Verdict;
 use crate::monitor::TICKS_PER_S;
+use crate::numbers::{YEAR_S, between, share};
 use crate::opc;
 use crate::play::{Place, Plan, Player};
 use crate::trace::{Cycle, Trace};
 use anyhow::{Context as _, Result, anyhow};
 use bvbench::scene::{ProgramRun, Scene};
+use clap::Args;
 use opcua::nodes::{MethodBuilder, ObjectBuilder, VariableBuilder};
 use opcua::server::address_space::AddressSpace;
 use opcua::server::diagnostics::NamespaceMetadata;
@@ -41,30 +43,40 @@ const NAMESPACE: &str = "urn:bvbench:control:nodes";
 const APPLICATION: &str = "urn:bvbench:control";
 
 /// Disturbances that a simulated control adds to the program it plays.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Args, Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Share of the samples that are never shown.
+    /// Share of samples that are never shown, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_parser = share)]
     pub drop: f64,
-    /// Share of the samples that are shown late, with those behind them.
+    /// Share of samples that are shown late, 0 to 1
+    #[arg(long, default_value_t = 0.0, value_parser = share)]
     pub late: f64,
-    /// How late, cycles.
+    /// How late, cycles
+    #[arg(long, default_value_t = 5)]
     pub late_cycles: u32,
-    /// Largest error of a position that is shown, in the unit of its node.
+    /// Largest error of a position that is shown, in the unit of its node
+    #[arg(long, default_value_t = 0.0, value_parser = between(1e6, "units of the node"))]
     pub jitter: f64,
-    /// Seed of the three.
+    /// Seed of what is dropped, late and wrong
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Time of motion after which the server goes down, s; 0 for never.
+    /// Seconds of motion after which the server goes down and comes back; 0 for never
+    #[arg(long = "restart-every", value_name = "RESTART_EVERY", default_value_t = 0.0, value_parser = between(YEAR_S, "s"))]
     pub restart_every_s: f64,
-    /// How long the server stays down, s.
+    /// Seconds that it stays down
+    #[arg(long = "down", value_name = "DOWN", default_value_t = 0.5, value_parser = between(YEAR_S, "s"))]
     pub down_s: f64,
-    /// Whether the program goes back the way it came when it is over, and then forth again, without end.
+    /// Go back the way it came when the program is over, and forth again, until Ctrl-C
+    #[arg(long)]
     pub repeat: bool,
-    /// How long the control's clock waits for a verdict that is nearly too old, s of the world's time: a slow computer then holds up the simulation and
-    /// not the machine in it. 0 for a clock that keeps time.
+    /// Seconds that the control's clock waits for a verdict that is nearly too old, for slow computers
+    #[arg(long = "patience", value_name = "PATIENCE", default_value_t = 0.0, value_parser = between(3600.0, "s"))]
     pub patience_s: f64,
-    /// Folder of certificates, instead of that of the configuration.
+    /// Folder of certificates, instead of that of the configuration
+    #[arg(long)]
     pub pki: Option<PathBuf>,
-    /// Where a row per cycle goes, CSV; `None` for none.
+    /// Trace, CSV: a row per cycle
+    #[arg(long)]
     pub trace: Option<PathBuf>,
 }
 

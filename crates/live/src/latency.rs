@@ -8,12 +8,14 @@ use crate::config::Config;
 use crate::control;
 use crate::judge::{self, Judge, State};
 use crate::monitor::Monitor;
+use crate::numbers::between;
 use crate::play::Plan;
 use crate::watch;
 use anyhow::{Context as _, Result};
 use bvbench::measure::timer;
 use bvbench::registry::Variant;
 use bvbench::scene::{ProgramRun, Scene};
+use clap::Args;
 use rs274::Position;
 use serde::{Deserialize, Serialize};
 use std::hint::black_box;
@@ -72,15 +74,19 @@ pub struct LatencyRow {
 }
 
 /// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Args, Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Most samples of the judge alone, warm.
+    /// Most samples of the judge alone
+    #[arg(long, default_value_t = 10_000)]
     pub samples: usize,
-    /// Samples of the judge alone, cold.
+    /// Samples of the judge alone with cold caches
+    #[arg(long, default_value_t = 200)]
     pub cold: usize,
-    /// Time for a row of the judge alone, s; the sample that is under way is finished.
+    /// Seconds per row of the judge alone, after which it has fewer samples
+    #[arg(long, default_value_t = 4.0, value_parser = between(3600.0, "s"))]
     pub judge_s: f64,
-    /// How long control and watch run together, s.
+    /// Seconds per row over the network; 0 to leave it out
+    #[arg(long, default_value_t = 3.0, value_parser = between(3600.0, "s"))]
     pub network_s: f64,
 }
 

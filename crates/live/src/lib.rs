@@ -1,10 +1,11 @@
 //! Watches a machine tool over OPC UA and holds it before it collides.
 //!
-//! Reading order: [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
+//! Reading order: [`numbers`] (of the command line), [`judge`] (the rule: may the machine go on?), [`config`] (the TOML), [`play`] (a program with
 //! accelerations), [`monitor`] (from readings to permission), `opc` (what client and server share), [`control`] (the simulated control),
 //! [`log`], `outputs` (what is written), [`watch`] (the client), [`latency`] and [`figure`] (how long a verdict takes), [`soak`] with [`trace`], [`planted`] and [`relay`]
 //! (long runs, planted collisions, kills, a bad network), [`claim`] (does real time hold?), [`panel`] (the operator's page).
 
+pub mod numbers;
 pub mod judge;
 pub mod config;
 pub mod play;

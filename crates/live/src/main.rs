@@ -4,12 +4,13 @@ use anyhow::{Context as _, Result, anyhow, bail};
 use bvbench::cli::refuse_output;
 use bvbench::record::file::write_bytes;
 use bvbench::registry::{Registry, Variant};
-use bvbench::scene::{Overrides, Part, ProgramRun, Role, Scene};
+use bvbench::scene::{Overrides, ProgramRun, Scene};
 use bvbench_live::config::{Config, Mode};
 use bvbench_live::figure::Figure;
 use bvbench_live::judge::Judge;
 use bvbench_live::latency::{self, Budget, LatencyRow};
 use bvbench_live::monitor::Monitor;
+use bvbench_live::numbers::{YEAR_S, between, share};
 use bvbench_live::planted::Exact;
 use bvbench_live::relay::Network;
 use bvbench_live::soak::{self, Soak};
@@ -96,39 +97,8 @@ struct ControlOptions {
     config: PathBuf,
     /// Program, G-code; without it, that of the scene
     program: Option<PathBuf>,
-    /// Share of samples that are never shown, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_parser = share)]
-    drop: f64,
-    /// Share of samples that are shown late, 0 to 1
-    #[arg(long, default_value_t = 0.0, value_parser = share)]
-    late: f64,
-    /// How late, cycles
-    #[arg(long, default_value_t = 5)]
-    late_cycles: u32,
-    /// Largest error of a position that is shown, in the unit of its node
-    #[arg(long, default_value_t = 0.0, value_parser = between(1e6, "units of the node"))]
-    jitter: f64,
-    /// Seed of what is dropped, late and wrong
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Seconds of motion after which the server goes down and comes back; 0 for never
-    #[arg(long, default_value_t = 0.0, value_parser = between(YEAR_S, "s"))]
-    restart_every: f64,
-    /// Seconds that it stays down
-    #[arg(long, default_value_t = 0.5, value_parser = between(YEAR_S, "s"))]
-    down: f64,
-    /// Go back the way it came when the program is over, and forth again, until Ctrl-C
-    #[arg(long)]
-    repeat: bool,
-    /// Seconds that the control's clock waits for a verdict that is nearly too old, for slow computers
-    #[arg(long, default_value_t = 0.0, value_parser = between(3600.0, "s"))]
-    patience: f64,
-    /// Folder of certificates, instead of that of the configuration
-    #[arg(long)]
-    pki: Option<PathBuf>,
-    /// Trace, CSV: a row per cycle
-    #[arg(long)]
-    trace: Option<PathBuf>,
+    #[command(flatten)]
+    disturbances: control::Options,
 }
 
 const LATENCY_EXAMPLES: &str = "\
@@ -149,18 +119,8 @@ struct LatencyOptions {
     /// Variants, by id; without it, the paper's five and the fastest
     #[arg(long, value_delimiter = ',')]
     variants: Vec<String>,
-    /// Most samples of the judge alone
-    #[arg(long, default_value_t = 10_000)]
-    samples: usize,
-    /// Samples of the judge alone with cold caches
-    #[arg(long, default_value_t = 200)]
-    cold: usize,
-    /// Seconds per row of the judge alone, after which it has fewer samples
-    #[arg(long, default_value_t = 4.0, value_parser = between(3600.0, "s"))]
-    judge_s: f64,
-    /// Seconds per row over the network; 0 to leave it out
-    #[arg(long, default_value_t = 3.0, value_parser = between(3600.0, "s"))]
-    network_s: f64,
+    #[command(flatten)]
+    budget: Budget,
 }
 
 #[derive(Args)]
@@ -209,30 +169,13 @@ struct SoakOptions {
     seed: u64,
 }
 
-/// Longest time that may be asked for, s.
-const YEAR_S: f64 = 365.0 * 86_400.0;
-
 /// The five volumes of the paper.
 const PAPER: [&str; 5] = ["sphere-ritter", "aabb", "dop-8", "obb-vertex", "obb-area"];
-
-fn share(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not between 0 and 1")) }
-}
-
-/// Reads a number from 0 to `most`, which is of a unit.
-fn between(most: f64, unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    move |text| {
-        let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
-        let is_within = (0.0..=most).contains(&value);
-        if is_within { Ok(value) } else { Err(format!("{value} {unit} are not between 0 and {most}")) }
-    }
-}
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().verb {
         Verb::Watch(options) => watch_verb(options),
-        Verb::Control(options) => control_verb(options),
+        Verb::Control(options) => control_verb(&options),
         Verb::Latency(options) => latency_verb(&options),
         Verb::Redraw(options) => redraw_verb(&options),
         Verb::Soak(options) => soak_verb(options),
@@ -317,8 +260,7 @@ fn watch_verb(options: WatchOptions) -> Result<()> {
             scene.parts[part].name
         ));
     }
-    let is_turned = |part: &Part| matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
-    if scene.parts.iter().any(is_turned) {
+    if scene.parts.iter().any(|part| part.role.is_of_tool()) {
         say("note: what a spindle turns is judged as drawn, and not at every angle");
     }
     let monitor = Monitor::new(&scene, judge, &config);
@@ -362,28 +304,15 @@ async fn tell(mut reports: tokio::sync::watch::Receiver<Option<watch::Report>>) 
     }
 }
 
-fn control_verb(options: ControlOptions) -> Result<()> {
+fn control_verb(options: &ControlOptions) -> Result<()> {
     let (config, scene) = load(&options.config)?;
     let run = program(&scene, options.program.as_deref())?;
-    if let Some(trace) = &options.trace {
+    if let Some(trace) = &options.disturbances.trace {
         let files = [options.config.clone(), run.file.clone()].into_iter().chain(scene.files.clone());
         let read: Vec<PathBuf> = files.chain(run.called_files()).collect();
         // A trace may lie in the folder of the scene, where that of an earlier run is replaced.
         refuse_output("--trace", trace, "", read.iter().map(PathBuf::as_path))?;
     }
-    let settings = control::Options {
-        drop: options.drop,
-        late: options.late,
-        late_cycles: options.late_cycles,
-        jitter: options.jitter,
-        seed: options.seed,
-        restart_every_s: options.restart_every,
-        down_s: options.down,
-        repeat: options.repeat,
-        patience_s: options.patience,
-        pki: options.pki,
-        trace: options.trace,
-    };
     let address = config.endpoint.trim_start_matches("opc.tcp://").split('/').next().unwrap_or_default().to_owned();
     tokio::runtime::Runtime::new()?.block_on(async {
         let found = tokio::net::lookup_host(&address).await.ok().and_then(|mut found| found.next());
@@ -393,7 +322,7 @@ fn control_verb(options: ControlOptions) -> Result<()> {
         let (status, newest) = tokio::sync::watch::channel(None);
         let stop = CancellationToken::new();
         end(stop.clone(), None);
-        control::control(&scene, &run, &config, &settings, listener, status, stop).await?;
+        control::control(&scene, &run, &config, &options.disturbances, listener, status, stop).await?;
         if let Some(status) = newest.borrow().as_ref() {
             let control::Status { holds, is_over, place, .. } = status;
             let end = if *is_over { "the program is over" } else { "stopped" };
@@ -416,8 +345,6 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
     } else {
         options.variants.iter().map(|id| variant(&registry, Some(id))).collect::<Result<_>>()?
     };
-    let budget =
-        Budget { samples: options.samples, cold: options.cold, judge_s: options.judge_s, network_s: options.network_s };
     let mut told = |row: &LatencyRow| {
         let ms = |ns: u64| ns as f64 / 1e6;
         say(&format!(
@@ -435,7 +362,7 @@ fn latency_verb(options: &LatencyOptions) -> Result<()> {
             row.late
         ));
     };
-    let rows = latency::measure(&scene, &run, &config, &variants, &budget, &mut told)?;
+    let rows = latency::measure(&scene, &run, &config, &variants, &options.budget, &mut told)?;
     let mut writer = csv::Writer::from_writer(Vec::new());
     rows.iter().try_for_each(|row| writer.serialize(row))?;
     write_bytes(&options.out.join("latency.csv"), &writer.into_inner().map_err(|error| anyhow!("{error}"))?)?;

@@ -131,8 +131,7 @@ fn shown(scene: &Scene, near_mm: f64) -> String {
                 (low[i], high[i]) = (low[i].min(vertex[i]), high[i].max(vertex[i]));
             }
         }
-        let is_tool = matches!(part.role, Role::Cutter | Role::Shank | Role::Holder);
-        json!({ "name": part.name, "low": low, "high": high, "tool": is_tool, "work": part.role == Role::Workpiece })
+        json!({ "name": part.name, "low": low, "high": high, "tool": part.role.is_of_tool(), "work": part.role == Role::Workpiece })
     };
     json!({ "name": scene.name, "near_mm": near_mm, "parts": scene.parts.iter().map(part).collect::<Vec<_>>() })
         .to_string()

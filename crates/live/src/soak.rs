@@ -538,15 +538,8 @@ fn last_cycle(trace: &Path) -> Option<Cycle> {
     let mut text = String::new();
     file.read_to_string(&mut text).ok()?;
     let whole = &text[..=text.rfind('\n')?];
-    let fields: Vec<&str> = whole.lines().last()?.split(',').collect();
-    let [source_ns, verdict_ns, permitted, time_s, reach_s] = fields[..] else { return None };
-    Some(Cycle {
-        source_ns: source_ns.parse().ok()?,
-        verdict_ns: verdict_ns.parse().ok()?,
-        permitted: permitted.parse().ok()?,
-        time_s: time_s.parse().ok()?,
-        reach_s: reach_s.parse().ok()?,
-    })
+    let last = whole.lines().last()?.as_bytes();
+    csv::ReaderBuilder::new().has_headers(false).from_reader(last).into_deserialize().next()?.ok()
 }
 
 /// The rows of a table; one that a kill cut short is left out when it is the last.

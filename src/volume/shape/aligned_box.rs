@@ -36,6 +36,18 @@ pub struct AlignedPose {
     translation: Vector,
 }
 
+impl AlignedPose {
+    pub(crate) fn new(a_from_b: &Isometry) -> Self {
+        let rotation = rigid::rotation(a_from_b);
+        Self { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
+    }
+
+    #[inline(always)]
+    pub(crate) fn point(&self, p: &Point) -> Point {
+        Point::from(self.rotation * p.coords + self.translation)
+    }
+}
+
 impl<T> AlignedBox<T> {
     /// The box with this centre and these half-lengths, mm.
     pub const fn new(centre: Point, half: Vector) -> Self {
@@ -54,8 +66,7 @@ impl<T: BoxTest> Shape for AlignedBox<T> {
     type Pose = AlignedPose;
 
     fn pose(a_from_b: &Isometry) -> AlignedPose {
-        let rotation = rigid::rotation(a_from_b);
-        AlignedPose { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
+        AlignedPose::new(a_from_b)
     }
 
     #[inline(always)]
@@ -108,9 +119,9 @@ impl<T: BoxTest> Solid for AlignedBox<T> {
 mod tests {
     use super::*;
     use crate::volume::BoundingVolume;
-    use crate::volume::aabb::{Aabb, FifteenAxes};
-    use crate::volume::aabb_refit::{AabbRefit, Refit};
-    use crate::volume::aabb_sat6::{AabbSat6, SixAxes};
+    use crate::volume::aabb::Aabb;
+    use crate::volume::aabb_refit::AabbRefit;
+    use crate::volume::aabb_sat6::AabbSat6;
 
     #[test]
     fn a_triangle_gets_its_bounds() {
@@ -134,22 +145,22 @@ mod tests {
         // On its edge about z at x: its width along x is 2√2, which all see.
         let on_edge = |x: f64| Isometry::new(Vector::new(x, 0.0, 0.0), Vector::z() * quarter);
         let reach = 1.0 + 2.0_f64.sqrt();
-        for overlap in [overlap::<FifteenAxes>, overlap::<SixAxes>, overlap::<Refit>] {
+        for overlap in [overlap::<Aabb>, overlap::<AabbSat6>, overlap::<AabbRefit>] {
             assert!(overlap(&on_edge(reach - 1e-6)) && !overlap(&on_edge(reach + 1e-6)));
         }
         // Along the diagonal the first box's corner meets the second box's face: at distance √2 + 1, but the re-fitted box
         // reaches 1 + √2 along x and along y, so that it parts at √2 (1 + √2).
         let diagonal = |d: f64| Isometry::new(Vector::new(1.0, 1.0, 0.0).normalize() * d, Vector::z() * quarter);
-        assert!(!overlap::<FifteenAxes>(&diagonal(reach + 1e-6)) && !overlap::<SixAxes>(&diagonal(reach + 1e-6)));
-        assert!(overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach - 1e-6)));
-        assert!(!overlap::<Refit>(&diagonal(2.0_f64.sqrt() * reach + 1e-6)));
+        assert!(!overlap::<Aabb>(&diagonal(reach + 1e-6)) && !overlap::<AabbSat6>(&diagonal(reach + 1e-6)));
+        assert!(overlap::<AabbRefit>(&diagonal(2.0_f64.sqrt() * reach - 1e-6)));
+        assert!(!overlap::<AabbRefit>(&diagonal(2.0_f64.sqrt() * reach + 1e-6)));
         // Two edges crossed along z part at 2√2; no face shows that.
         let x = nalgebra::UnitQuaternion::from_axis_angle(&Vector::x_axis(), quarter);
         let y = nalgebra::UnitQuaternion::from_axis_angle(&Vector::y_axis(), quarter);
         let crossed = |z: f64| Isometry::from_parts((x.inverse() * Vector::new(0.0, 0.0, z)).into(), x.inverse() * y);
         let touch = 2.0 * 2.0_f64.sqrt();
-        assert!(!overlap::<FifteenAxes>(&crossed(touch + 1e-6)) && overlap::<FifteenAxes>(&crossed(touch - 1e-6)));
-        assert!(overlap::<SixAxes>(&crossed(touch + 1e-6)));
+        assert!(!overlap::<Aabb>(&crossed(touch + 1e-6)) && overlap::<Aabb>(&crossed(touch - 1e-6)));
+        assert!(overlap::<AabbSat6>(&crossed(touch + 1e-6)));
         assert_eq!((AabbSat6::INFO.safe, AabbRefit::INFO.safe), (true, true));
     }
 }

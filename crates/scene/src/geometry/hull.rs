@@ -159,7 +159,7 @@ fn polygon(points: &[[f64; 3]], [a, b, c]: &[[f64; 3]; 3]) -> Vec<Point> {
 
 /// The corners of the hull of sorted points of a plane, counter-clockwise, by A. M. Andrew's monotone chain (1979). `turn` is positive where three points turn
 /// left.
-pub(super) fn around<P: Copy>(sorted: &[P], turn: impl Fn(&P, &P, &P) -> f64) -> Vec<P> {
+pub(crate) fn around<P: Copy>(sorted: &[P], turn: impl Fn(&P, &P, &P) -> f64) -> Vec<P> {
     let half = |points: &mut dyn Iterator<Item = &P>| {
         let mut chain: Vec<P> = Vec::new();
         for p in points {

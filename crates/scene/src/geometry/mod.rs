@@ -8,7 +8,7 @@ pub mod rectangle;
 pub mod separating_axes;
 pub mod shapes;
 
-use nalgebra::Unit;
+use nalgebra::{Unit, UnitQuaternion};
 pub use obbtree::engine::geometry::{
     GridMesh as Mesh, Isometry, MeshError, Point, Triangle, Vector, certified, covariance, cross_check, eigen, exact,
     exact_integer, grid, mesh, plane, rigid, surface, triangle, triangle_distance, weld,
@@ -24,6 +24,12 @@ pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
     let scaled = if SQUARES.contains(&vector.norm_squared()) { vector } else { vector / vector.amax() };
     // Zero divided by zero is not a number, and has no direction.
     Unit::try_new(scaled, 0.0)
+}
+
+/// The turn from one direction to another, half a turn about x where they are opposite.
+pub(crate) fn turn_between(from: &Vector, to: &Vector) -> UnitQuaternion<f64> {
+    UnitQuaternion::rotation_between(from, to)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI))
 }
 
 /// A hash of the snapped vertices and the faces, as hexadecimal text; equal meshes have equal hashes on every machine.

@@ -6,8 +6,8 @@
 //! 0. Lead turns the axis away from the normal in the direction of feed, tilt turns it to the left of the feed.
 
 use crate::geometry::shapes::Freeform;
-use crate::geometry::{Isometry, Point, Vector};
-use nalgebra::{Rotation3, Unit, UnitQuaternion};
+use crate::geometry::{Isometry, Point, Vector, turn_between};
+use nalgebra::{Rotation3, Unit};
 
 /// The pattern of the contact points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -240,9 +240,7 @@ impl Contact {
         let on_axis = self.point + n * (corner.corner_mm - depth_mm) + across * (corner.radius_mm - corner.corner_mm);
         let tip = on_axis - d * corner.corner_mm;
         // Which way the tool is turned about its axis does not matter.
-        let rotation = UnitQuaternion::rotation_between(&Vector::z(), &d)
-            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI));
-        Isometry::from_parts(tip.coords.into(), rotation)
+        Isometry::from_parts(tip.coords.into(), turn_between(&Vector::z(), &d))
     }
 }
 

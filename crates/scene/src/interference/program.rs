@@ -3,12 +3,11 @@
 
 use super::path::{Corner, Stop};
 use crate::geometry::{Isometry, Vector};
-use crate::machine::orientation::OrientationError;
-use crate::machine::tip::{TipControl, TipError};
-use crate::machine::{Machine, OutOfLimits};
+use crate::machine::Machine;
+use crate::machine::tip::TipControl;
 use nalgebra::Unit;
 use rs274::{Axis, Position, Setup};
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use thiserror::Error;
 
 /// The machine and the job that a program is written for.
@@ -46,29 +45,13 @@ pub enum WriteError {
     /// G54 rotates the axes, which this writer does not support.
     #[error("G54 is rotated; a path is written for work offsets that are not")]
     Rotated,
-    /// The machine cannot orient the tool as required.
+    /// The machine cannot reach a position as required.
     #[error("contact point {at}: {cause}")]
-    Orientation {
+    Unreachable {
         /// Number of the position, from 1.
         at: usize,
         /// Why.
-        cause: OrientationError,
-    },
-    /// The linear axes cannot bring the tip to the position.
-    #[error("contact point {at}: {cause}")]
-    Tip {
-        /// Number of the position, from 1.
-        at: usize,
-        /// Why.
-        cause: TipError,
-    },
-    /// An axis would leave its limits.
-    #[error("contact point {at}: {cause}")]
-    OutOfLimits {
-        /// Number of the position, from 1.
-        at: usize,
-        /// The axis and its range.
-        cause: OutOfLimits,
+        cause: String,
     },
 }
 
@@ -158,11 +141,11 @@ impl Writer<'_> {
         // From the frame of the workpiece's link to the one that is the world's at zero.
         let at_zero = self.machine.forward(&Position::default()).world_from(self.tip.work_link).rotation;
         let solutions = self.tip.orient(self.machine, &Unit::new_normalize(at_zero * upwards), previous);
-        let oriented = solutions.map_err(|cause| WriteError::Orientation { at, cause })?.chosen.position;
-        let fault = |cause| WriteError::Tip { at, cause };
-        let programmed = self.tip.programmed(self.machine, &oriented, &tip, length).map_err(fault)?;
-        let axes = self.tip.axes(self.machine, &programmed, length).map_err(fault)?;
-        self.machine.check_limits(&axes).map_err(|cause| WriteError::OutOfLimits { at, cause })?;
+        let fault = |cause: &dyn Display| WriteError::Unreachable { at, cause: cause.to_string() };
+        let oriented = solutions.map_err(|cause| fault(&cause))?.chosen.position;
+        let programmed = self.tip.programmed(self.machine, &oriented, &tip, length).map_err(|cause| fault(&cause))?;
+        let axes = self.tip.axes(self.machine, &programmed, length).map_err(|cause| fault(&cause))?;
+        self.machine.check_limits(&axes).map_err(|cause| fault(&cause))?;
         Ok(programmed)
     }
 

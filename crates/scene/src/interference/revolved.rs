@@ -8,8 +8,7 @@
 
 use super::profile::{P2, Profile};
 use crate::geometry::covariance::{area_weighted, principal_frame};
-use crate::geometry::{Isometry, Mesh, Point, Vector};
-use nalgebra::UnitQuaternion;
+use crate::geometry::{Isometry, Mesh, Point, Vector, turn_between};
 use std::f64::consts::PI;
 
 /// Heights nearer than this, mm, count as equal. It is above the rounding error of rotating a mesh, and below [`super::detect::SLACK_MM`],
@@ -102,9 +101,13 @@ fn upright(mesh: &Mesh) -> Isometry {
         }
     }
     let (through, direction) = best.1;
-    let turn = UnitQuaternion::rotation_between(&direction, &Vector::z())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
-    Isometry::from_parts((turn * -through.coords).into(), turn)
+    line_to_z(&through, &direction)
+}
+
+/// Takes a line to z.
+pub(crate) fn line_to_z(point: &Point, direction: &Vector) -> Isometry {
+    let turn = turn_between(direction, &Vector::z());
+    Isometry::from_parts((turn * -point.coords).into(), turn)
 }
 
 /// The profile of a mesh with its vertices at `places`, from the axis to the axis, bottom first.
@@ -254,6 +257,7 @@ mod tests {
     use super::*;
     use crate::geometry::shapes::outline::OutlinePoint;
     use crate::geometry::shapes::{Revolve, Shape, Tessellation};
+    use nalgebra::UnitQuaternion;
     use obbtree::cases::meshes;
     use proptest::prelude::*;
 

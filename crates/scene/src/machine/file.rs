@@ -12,13 +12,12 @@
 //! true`, a joint of a linear letter turns by one degree per millimetre of its axis, because robots have more than three rotary joints.
 
 use super::joint::{Joint, JointError, Limits};
-use super::tree::{Link, Machine, MachineError};
+use super::tree::{Link, Machine};
 use crate::geometry::{Isometry, Point, Vector};
 use nalgebra::{Translation3, UnitQuaternion};
 use rs274::Axis;
 use serde::Deserialize;
 use std::ops::Range;
-use thiserror::Error;
 use toml::Spanned;
 
 /// A link in the file.
@@ -93,47 +92,14 @@ pub enum Form {
     Visual,
 }
 
-/// Why a list of links does not form a machine.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum LinkError {
-    /// An axis letter that ISO 841 does not have.
-    #[error("link `{name}`: `{letter}` is not an axis; the axes are X Y Z A B C U V W")]
-    UnknownAxis {
-        /// The link.
-        name: String,
-        /// The letter.
-        letter: char,
-    },
-    /// A key that belongs to the other kind of joint.
-    #[error("link `{name}`: axis {axis} {verb}, so `{key}` means nothing here")]
-    ForeignKey {
-        /// The link.
-        name: String,
-        /// Letter of the axis.
-        axis: char,
-        /// `slides` or `turns`.
-        verb: &'static str,
-        /// The key.
-        key: &'static str,
-    },
-    /// The numbers of a joint are invalid.
-    #[error("link `{name}`: {cause}")]
-    Joint {
-        /// The link.
-        name: String,
-        /// Why not.
-        cause: JointError,
-    },
-    /// The links do not form a machine.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-}
+/// A fault of a list of links: the byte range to blame, and what is wrong.
+pub type Fault = (Range<usize>, String);
 
 /// Builds the machine.
 ///
 /// # Errors
-/// [`LinkError`], with the byte range of the faulty value, or of the link's name.
-pub fn build(links: &[LinkFile]) -> Result<Machine, (Range<usize>, LinkError)> {
+/// [`Fault`], with the byte range of the faulty value, or of the link's name.
+pub fn build(links: &[LinkFile]) -> Result<Machine, Fault> {
     let mut built = Vec::with_capacity(links.len());
     for link in links {
         let name = link.name.get_ref();
@@ -146,20 +112,17 @@ pub fn build(links: &[LinkFile]) -> Result<Machine, (Range<usize>, LinkError)> {
         });
     }
     Machine::new(built).map_err(|error| {
-        let LinkFile { name, parent, .. } = &links[error.link()];
-        let span = match (&error, parent) {
-            (MachineError::UnknownParent { .. }, Some(parent)) => parent.span(),
-            _ => name.span(),
-        };
-        (span, error.into())
+        let LinkFile { name, parent, .. } = &links[error.link];
+        let span = parent.as_ref().filter(|_| error.of_parent).map_or_else(|| name.span(), Spanned::span);
+        (span, error.message)
     })
 }
 
-fn joint(name: &str, file: &JointFile) -> Result<Joint, (Range<usize>, LinkError)> {
-    let name = || name.to_owned();
+fn joint(name: &str, file: &JointFile) -> Result<Joint, Fault> {
     let letter = *file.axis.get_ref();
-    let axis =
-        Axis::from_letter(letter).ok_or_else(|| (file.axis.span(), LinkError::UnknownAxis { name: name(), letter }))?;
+    let axis = Axis::from_letter(letter).ok_or_else(|| {
+        (file.axis.span(), format!("link `{name}`: `{letter}` is not an axis; the axes are X Y Z A B C U V W"))
+    })?;
     let turns = axis.is_rotary() || file.turns;
     let span = |limit: &Option<Spanned<f64>>| limit.as_ref().map(Spanned::span);
     let (verb, foreign) = if turns {
@@ -169,7 +132,8 @@ fn joint(name: &str, file: &JointFile) -> Result<Joint, (Range<usize>, LinkError
         ("slides", [("min_deg", span(&file.min_deg)), ("max_deg", span(&file.max_deg)), point])
     };
     if let Some((key, span)) = foreign.into_iter().find_map(|(key, span)| Some((key, span?))) {
-        return Err((span, LinkError::ForeignKey { name: name(), axis: axis.letter(), verb, key }));
+        let axis = axis.letter();
+        return Err((span, format!("link `{name}`: axis {axis} {verb}, so `{key}` means nothing here")));
     }
     let (min, max, unit) =
         if turns { (&file.min_deg, &file.max_deg, 1f64.to_radians()) } else { (&file.min_mm, &file.max_mm, 1.0) };
@@ -179,7 +143,7 @@ fn joint(name: &str, file: &JointFile) -> Result<Joint, (Range<usize>, LinkError
     let point = Point::from(file.point_mm.as_ref().map_or([0.0; 3], |point| *point.get_ref()));
     let joint =
         if turns { Joint::rotary(axis, direction, point, limits) } else { Joint::prismatic(axis, direction, limits) };
-    joint.map_err(|cause| (to_blame(file, &cause), LinkError::Joint { name: name(), cause }))
+    joint.map_err(|cause| (to_blame(file, &cause), format!("link `{name}`: {cause}")))
 }
 
 /// The byte range of the numbers that make a joint invalid.
@@ -209,7 +173,7 @@ mod tests {
         links: Vec<LinkFile>,
     }
 
-    fn parse(text: &str) -> Result<Machine, (Range<usize>, LinkError)> {
+    fn parse(text: &str) -> Result<Machine, Fault> {
         build(&toml::from_str::<Links>(text).unwrap().links)
     }
 
@@ -250,11 +214,11 @@ mod tests {
         let text = "links = [{ name = \"a\" }, { name = \"slide\", joint = { axis = \"Q\", direction = [1, 0, 0] } }]";
         let (span, error) = parse(text).unwrap_err();
         assert_eq!(&text[span], "\"Q\"");
-        assert_eq!(error.to_string(), "link `slide`: `Q` is not an axis; the axes are X Y Z A B C U V W");
+        assert_eq!(error, "link `slide`: `Q` is not an axis; the axes are X Y Z A B C U V W");
         let text = "links = [{ name = \"a\", parent = \"b\" }]";
         let (span, error) = parse(text).unwrap_err();
         assert_eq!(&text[span], "\"b\"");
-        assert!(matches!(error, LinkError::Machine(MachineError::UnknownParent { .. })));
+        assert_eq!(error, "link `a` stands on `b`, which is not a link of this machine");
         let text = "links = [{ name = \"a\" }, { name = \"a\" }]";
         assert_eq!(parse(text).unwrap_err().0, 34..37, "the second name");
         for (joint, wrong) in [
@@ -280,10 +244,10 @@ mod tests {
             ("{ axis = \"A\", direction = [1, 0, 0], max_mm = 0 }", "max_mm"),
         ] {
             let (_, error) = parse(&format!("links = [{{ name = \"a\", joint = {joint} }}]")).unwrap_err();
-            assert!(matches!(error, LinkError::ForeignKey { key: found, .. } if found == key), "{error}");
+            assert!(error.ends_with(&format!("so `{key}` means nothing here")), "{error}");
         }
         let (_, error) =
             parse("links = [{ name = \"a\", joint = { axis = \"X\", direction = [0, 0, 0] } }]").unwrap_err();
-        assert_eq!(error.to_string(), "link `a`: the direction of axis X is zero");
+        assert_eq!(error, "link `a`: the direction of axis X is zero");
     }
 }

@@ -6,8 +6,8 @@
 //! use A B C U V W X Y Z.
 
 use super::file::Form;
-use super::joint::{Joint, JointError, Limits};
-use super::tree::{Link, Machine, MachineError};
+use super::joint::{Joint, Limits};
+use super::tree::{Link, Machine};
 use crate::geometry::shapes::round::{Capsule, Cylinder, Sphere};
 use crate::geometry::shapes::{RoundedBox, Shape};
 use crate::geometry::{Isometry, Point, Vector};
@@ -30,134 +30,24 @@ const SLIDING: [Axis; 6] = [Axis::X, Axis::Y, Axis::Z, Axis::U, Axis::V, Axis::W
 const TURNING: [Axis; 9] = [Axis::A, Axis::B, Axis::C, Axis::U, Axis::V, Axis::W, Axis::X, Axis::Y, Axis::Z];
 
 /// Why a URDF file does not describe a machine.
-#[derive(Debug, Error)]
-pub enum UrdfError {
-    /// The text is not XML, or not URDF.
-    #[error("{0}")]
-    Syntax(String),
-    /// The text has macros of xacro, which must be expanded first.
-    #[error("this is xacro; expand it first, with `xacro FILE > robot.urdf`")]
-    Xacro,
-    /// Elements are nested too deeply.
-    #[error("elements are nested deeper than {limit}", limit = MOST_NESTED)]
-    Nested,
-    /// A letter is given to a joint that does not exist.
-    #[error("there is no joint `{name}` to give axis {letter} to; there are {known}")]
-    UnknownJoint {
-        /// The name.
-        name: String,
-        /// The letter.
-        letter: char,
-        /// The moving joints.
-        known: String,
-    },
-    /// A letter does not exist, or cannot drive the joint.
-    #[error("joint `{name}` cannot be axis `{letter}`: {why}")]
-    BadLetter {
-        /// The joint.
-        name: String,
-        /// The letter.
-        letter: char,
-        /// Why not.
-        why: &'static str,
-    },
-    /// There are more moving joints than letters.
-    #[error("no letter is left for joint `{name}`; give several joints one letter, or make joints `fixed`")]
-    NoLetter {
-        /// The joint.
-        name: String,
-    },
-    /// An axis cannot drive joints of this kind.
-    #[error("joint `{name}` is {kind}; only fixed, prismatic, revolute and continuous joints are taken")]
-    Kind {
-        /// The joint.
-        name: String,
-        /// Kind of the joint.
-        kind: &'static str,
-    },
-    /// The joint follows another joint.
-    #[error(
-        "joint `{name}` mimics `{of}`, which is not supported; give both the letter of one axis where they move alike, or fix it"
-    )]
-    Mimic {
-        /// The joint.
-        name: String,
-        /// The joint it follows.
-        of: String,
-    },
-    /// The limits of a prismatic or revolute joint leave no range.
-    #[error("joint `{name}` has no range: it needs `<limit lower=... upper=...>`, or to be `fixed` or `continuous`")]
-    NoRange {
-        /// The joint.
-        name: String,
-    },
-    /// A joint refers to a link that does not exist.
-    #[error("joint `{name}` names the link `{link}`, which is not there")]
-    UnknownLink {
-        /// The joint.
-        name: String,
-        /// The link.
-        link: String,
-    },
-    /// A link is the child of two joints.
-    #[error("link `{name}` is the child of two joints, `{first}` and `{second}`: a closed chain is not a tree")]
-    TwoParents {
-        /// The link.
-        name: String,
-        /// One joint.
-        first: String,
-        /// The other.
-        second: String,
-    },
-    /// The scale of a mesh differs between axes.
-    #[error("a mesh of link `{name}` is scaled by {scale:?}; only one positive factor for all axes is taken")]
-    Scale {
-        /// The link.
-        name: String,
-        /// The factors.
-        scale: [f64; 3],
-    },
-    /// A placement has a number that is not finite.
-    #[error("a placement at `{name}` is not finite, or farther than 1e9")]
-    NotFinite {
-        /// The link or joint.
-        name: String,
-    },
-    /// The numbers of a joint are invalid.
-    #[error("joint `{name}`: {cause}")]
-    Joint {
-        /// The joint.
-        name: String,
-        /// Why not.
-        cause: JointError,
-    },
-    /// The links do not form a machine.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{message}")]
+pub struct UrdfError {
+    /// Name of the link or joint to blame, which locates the error in the file.
+    pub name: Option<String>,
+    /// What is wrong.
+    pub message: String,
 }
 
 impl UrdfError {
-    /// The name that locates the error in the file.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Self::Syntax(_) | Self::Xacro | Self::Nested | Self::UnknownJoint { .. } => None,
-            Self::BadLetter { name, .. }
-            | Self::NoLetter { name }
-            | Self::Kind { name, .. }
-            | Self::Mimic { name, .. }
-            | Self::NoRange { name }
-            | Self::UnknownLink { name, .. }
-            | Self::TwoParents { name, .. }
-            | Self::Scale { name, .. }
-            | Self::NotFinite { name }
-            | Self::Joint { name, .. } => Some(name),
-            Self::Machine(
-                MachineError::UnknownParent { name, .. }
-                | MachineError::DuplicateName { name, .. }
-                | MachineError::NotFinite { name, .. },
-            ) => Some(name),
-            Self::Machine(MachineError::Cycle { path, .. }) => path.split(" -> ").next(),
-        }
+    /// An error of the file as a whole.
+    fn of_file(message: impl ToString) -> Self {
+        Self { name: None, message: message.to_string() }
+    }
+
+    /// An error of a link or joint.
+    fn at(name: &str, message: String) -> Self {
+        Self { name: Some(name.to_owned()), message }
     }
 }
 
@@ -194,7 +84,7 @@ pub enum Solid {
 /// [`UrdfError`], with the name of the faulty element.
 pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<(Machine, Vec<Body>), UrdfError> {
     check_elements(text)?;
-    let robot = urdf_rs::read_from_string(text).map_err(|error| UrdfError::Syntax(error.to_string()))?;
+    let robot = urdf_rs::read_from_string(text).map_err(UrdfError::of_file)?;
     let axes = axes(&robot, letters)?;
     let parents = parents(&robot)?;
     let mut links = Vec::with_capacity(robot.links.len());
@@ -208,7 +98,7 @@ pub fn read(text: &str, letters: &BTreeMap<String, char>, form: Form) -> Result<
             joint: joint.map(|joint| moved(joint, &axes)).transpose()?.flatten(),
         });
     }
-    let machine = Machine::new(links)?;
+    let machine = Machine::new(links).map_err(|error| UrdfError::at(&robot.links[error.link].name, error.message))?;
     let mut bodies = Vec::new();
     for (index, link) in robot.links.iter().enumerate() {
         bodies.append(&mut bodies_of(index, link, form)?);
@@ -224,9 +114,9 @@ fn check_elements(text: &str) -> Result<(), UrdfError> {
     xml.config_mut().allow_unmatched_ends = true;
     let mut depth = 0_usize;
     loop {
-        match xml.read_event().map_err(|error| UrdfError::Syntax(error.to_string()))? {
+        match xml.read_event().map_err(UrdfError::of_file)? {
             Event::Start(tag) | Event::Empty(tag) if tag.name().0.starts_with("xacro:") => {
-                return Err(UrdfError::Xacro);
+                return Err(UrdfError::of_file("this is xacro; expand it first, with `xacro FILE > robot.urdf`"));
             }
             Event::Start(_) => depth += 1,
             Event::End(_) => depth = depth.saturating_sub(1),
@@ -234,7 +124,7 @@ fn check_elements(text: &str) -> Result<(), UrdfError> {
             _ => {}
         }
         if depth > MOST_NESTED {
-            return Err(UrdfError::Nested);
+            return Err(UrdfError::of_file(format!("elements are nested deeper than {MOST_NESTED}")));
         }
     }
 }
@@ -248,9 +138,9 @@ fn axes<'a>(robot: &'a Robot, letters: &BTreeMap<String, char>) -> Result<BTreeM
     for (name, &letter) in letters {
         let joint = moving.iter().find(|joint| joint.name == *name).ok_or_else(|| {
             let known = moving.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
-            UrdfError::UnknownJoint { name: name.clone(), letter, known }
+            UrdfError::of_file(format!("there is no joint `{name}` to give axis {letter} to; there are {known}"))
         })?;
-        let bad = |why| UrdfError::BadLetter { name: name.clone(), letter, why };
+        let bad = |why| UrdfError::at(name, format!("joint `{name}` cannot be axis `{letter}`: {why}"));
         let axis = Axis::from_letter(letter).ok_or_else(|| bad("the axes are X Y Z A B C U V W"))?;
         if slides(joint) && axis.is_rotary() {
             return Err(bad("it slides, and A, B and C turn"));
@@ -263,9 +153,14 @@ fn axes<'a>(robot: &'a Robot, letters: &BTreeMap<String, char>) -> Result<BTreeM
         }
         let choice: &[Axis] = if slides(joint) { &SLIDING } else { &TURNING };
         let free = choice.iter().find(|&axis| !axes.values().any(|taken| taken == axis));
-        axes.insert(&joint.name, *free.ok_or_else(|| UrdfError::NoLetter { name: joint.name.clone() })?);
+        axes.insert(&joint.name, *free.ok_or_else(|| no_letter(&joint.name))?);
     }
     Ok(axes)
+}
+
+fn no_letter(name: &str) -> UrdfError {
+    let advice = "give several joints one letter, or make joints `fixed`";
+    UrdfError::at(name, format!("no letter is left for joint `{name}`; {advice}"))
 }
 
 /// The joint of which each link is the child, by the link's name; root links have none.
@@ -274,12 +169,16 @@ fn parents(robot: &Robot) -> Result<BTreeMap<&str, &urdf_rs::Joint>, UrdfError> 
     for joint in &robot.joints {
         for link in [&joint.parent.link, &joint.child.link] {
             if !robot.links.iter().any(|known| known.name == *link) {
-                return Err(UrdfError::UnknownLink { name: joint.name.clone(), link: link.clone() });
+                let name = &joint.name;
+                return Err(UrdfError::at(name, format!("joint `{name}` names the link `{link}`, which is not there")));
             }
         }
         if let Some(first) = parents.insert(&joint.child.link, joint) {
-            let [first, second] = [first, joint].map(|joint| joint.name.clone());
-            return Err(UrdfError::TwoParents { name: joint.child.link.clone(), first, second });
+            let (name, first, second) = (&joint.child.link, &first.name, &joint.name);
+            let message = format!(
+                "link `{name}` is the child of two joints, `{first}` and `{second}`: a closed chain is not a tree"
+            );
+            return Err(UrdfError::at(name, message));
         }
     }
     Ok(parents)
@@ -287,7 +186,7 @@ fn parents(robot: &Robot) -> Result<BTreeMap<&str, &urdf_rs::Joint>, UrdfError> 
 
 fn placed(name: &str, origin: &Pose) -> Result<Isometry, UrdfError> {
     if !origin.xyz.iter().chain(origin.rpy.iter()).all(|x| x.abs() <= rs274::interpret::FARTHEST) {
-        return Err(UrdfError::NotFinite { name: name.to_owned() });
+        return Err(UrdfError::at(name, format!("a placement at `{name}` is not finite, or farther than 1e9")));
     }
     let [roll, pitch, yaw] = *origin.rpy;
     let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
@@ -296,10 +195,13 @@ fn placed(name: &str, origin: &Pose) -> Result<Isometry, UrdfError> {
 
 /// The joint that moves a link; `None` for a fixed joint.
 fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<Joint>, UrdfError> {
-    let name = || joint.name.clone();
-    let kind = |kind| Err(UrdfError::Kind { name: name(), kind });
+    let name = &joint.name;
+    let refuse = |why: &str| Err(UrdfError::at(name, format!("joint `{name}` {why}")));
+    let kind =
+        |kind: &str| refuse(&format!("is {kind}; only fixed, prismatic, revolute and continuous joints are taken"));
     if let Some(mimic) = &joint.mimic {
-        return Err(UrdfError::Mimic { name: name(), of: mimic.joint.clone() });
+        let advice = "give both the letter of one axis where they move alike, or fix it";
+        return refuse(&format!("mimics `{}`, which is not supported; {advice}", mimic.joint));
     }
     match joint.joint_type {
         JointType::Fixed => return Ok(None),
@@ -307,11 +209,11 @@ fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<J
         JointType::Floating => return kind("floating"),
         JointType::Spherical => return kind("spherical"),
         JointType::Prismatic | JointType::Revolute if joint.limit.lower == joint.limit.upper => {
-            return Err(UrdfError::NoRange { name: name() });
+            return refuse("has no range: it needs `<limit lower=... upper=...>`, or to be `fixed` or `continuous`");
         }
         JointType::Prismatic | JointType::Revolute | JointType::Continuous => {}
     }
-    let Some(&axis) = axes.get(joint.name.as_str()) else { return Err(UrdfError::NoLetter { name: name() }) };
+    let Some(&axis) = axes.get(joint.name.as_str()) else { return Err(no_letter(name)) };
     let direction = Vector::from(*joint.axis.xyz);
     let limits = |scale: f64| Limits { min: joint.limit.lower * scale, max: joint.limit.upper * scale };
     let made = match joint.joint_type {
@@ -319,7 +221,7 @@ fn moved(joint: &urdf_rs::Joint, axes: &BTreeMap<&str, Axis>) -> Result<Option<J
         JointType::Revolute => Joint::rotary(axis, direction, Point::origin(), limits(1.0)),
         _ => Joint::rotary(axis, direction, Point::origin(), Limits::NONE),
     };
-    made.map(Some).map_err(|cause| UrdfError::Joint { name: name(), cause })
+    made.map(Some).map_err(|cause| UrdfError::at(name, format!("joint `{name}`: {cause}")))
 }
 
 fn bodies_of(index: usize, link: &urdf_rs::Link, form: Form) -> Result<Vec<Body>, UrdfError> {
@@ -369,7 +271,10 @@ fn solid(link: &str, geometry: &Geometry) -> Result<(Translation3<f64>, Solid), 
         Geometry::Mesh { filename, scale } => {
             let scale = scale.map_or([1.0; 3], |scale| scale.0);
             if !(scale[0] > 0.0 && scale[0].is_finite() && scale[1] == scale[0] && scale[2] == scale[0]) {
-                return Err(UrdfError::Scale { name: link.to_owned(), scale });
+                let message = format!(
+                    "a mesh of link `{link}` is scaled by {scale:?}; only one positive factor for all axes is taken"
+                );
+                return Err(UrdfError::at(link, message));
             }
             return Ok((shift, Solid::Mesh { file: filename.clone(), unit_mm: scale[0] * METRE }));
         }

@@ -9,10 +9,10 @@ use super::set_up::SKEW;
 use super::{Part, Role};
 use crate::geometry::shapes::outline::{OutlineCorner, OutlinePoint};
 use crate::geometry::shapes::{Revolve, Shape, Tessellation};
-use crate::geometry::{Isometry, Vector};
+use crate::geometry::{Isometry, Vector, turn_between};
 use crate::machine::Machine;
 use crate::machine::tip::TipControl;
-use nalgebra::{Matrix3, Translation3, UnitQuaternion};
+use nalgebra::{Matrix3, Translation3};
 use rs274::{Axis, Position, Tool};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -355,8 +355,7 @@ fn set_length(tool: &mut Tool, up: &Vector, length_mm: f64) {
 
 /// Pose of a tool of `length_mm`, which stands on its tip, in the frame of the link that holds it.
 fn link_from_tool(tip: &TipControl, length_mm: f64) -> Isometry {
-    let turn = UnitQuaternion::rotation_between(&Vector::z(), &-tip.direction.into_inner())
-        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), PI));
+    let turn = turn_between(&Vector::z(), &-tip.direction.into_inner());
     let point = tip.gauge + tip.direction.into_inner() * length_mm;
     Isometry::from_parts(Translation3::from(point.coords), turn)
 }

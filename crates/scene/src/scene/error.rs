@@ -1,7 +1,5 @@
 //! Errors in a scene, with their place.
 
-use crate::machine::OutOfLimits;
-use crate::machine::file::LinkError;
 use rs274::GcodeError;
 use std::fmt;
 use std::path::PathBuf;
@@ -24,6 +22,11 @@ impl Place {
         let before = text.get(..byte).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         Self { file, line: before.matches('\n').count() + 1, column: before[line_start..].chars().count() + 1 }
+    }
+
+    /// The error of what is wrong here.
+    pub(super) fn error(self, message: impl ToString) -> SceneError {
+        SceneError::At { place: self, message: message.to_string() }
     }
 }
 
@@ -70,60 +73,13 @@ pub enum SceneError {
         #[source]
         cause: std::io::Error,
     },
-    /// A file is not TOML, or not the TOML of a scene.
+    /// A file is not TOML, a name is not defined or there twice, or a value is invalid.
     #[error("{place}: {message}")]
-    Syntax {
+    At {
         /// Where.
         place: Place,
-        /// Message of the parser.
+        /// What is wrong.
         message: String,
-    },
-    /// A name is not defined.
-    #[error("{place}: there is no {what} named `{name}`; there are {known}")]
-    Unknown {
-        /// Where.
-        place: Place,
-        /// `part` or `link`.
-        what: &'static str,
-        /// The name.
-        name: String,
-        /// The names that exist.
-        known: String,
-    },
-    /// Two parts, or two approaches, have the same name.
-    #[error("{place}: there are two {what} named `{name}`")]
-    Duplicate {
-        /// Place of the second one.
-        place: Place,
-        /// `parts` or `approaches`.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
-    /// A value is invalid.
-    #[error("{place}: {message}")]
-    Meaning {
-        /// Where.
-        place: Place,
-        /// What.
-        message: String,
-    },
-    /// The links do not form a machine.
-    #[error("{place}: {cause}")]
-    Machine {
-        /// Where.
-        place: Place,
-        /// Why not.
-        cause: LinkError,
-    },
-    /// A URDF file does not describe a valid machine.
-    #[cfg(feature = "urdf")]
-    #[error("{place}: {cause}")]
-    Urdf {
-        /// The place, as far as it is known.
-        place: Place,
-        /// Why not.
-        cause: Box<crate::machine::urdf::UrdfError>,
     },
     /// A part has no usable mesh.
     #[error("{place}: part `{part}`: {cause}")]
@@ -134,14 +90,6 @@ pub enum SceneError {
         part: String,
         /// Why not.
         cause: Box<dyn std::error::Error + Send + Sync>,
-    },
-    /// A position is outside the machine's limits.
-    #[error("{place}: {cause}")]
-    OutOfLimits {
-        /// Where.
-        place: Place,
-        /// Which axis.
-        cause: OutOfLimits,
     },
     /// A program cannot be interpreted.
     #[error(transparent)]

@@ -58,10 +58,7 @@ impl Document {
     }
 
     pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
-        let syntax = |error: toml::de::Error| SceneError::Syntax {
-            place: self.place(&error.span().unwrap_or(0..0)),
-            message: error.message().to_owned(),
-        };
+        let syntax = |error: toml::de::Error| self.place(&error.span().unwrap_or(0..0)).error(error.message());
         let parsed = toml::from_str(&self.text).map_err(syntax)?;
         match numbers::too_large(DeTable::parse(&self.text).map_err(syntax)?.get_ref()) {
             Some(wrong) => Err(self.meaning(wrong)),
@@ -74,7 +71,7 @@ impl Document {
     }
 
     pub(super) fn meaning(&self, (span, message): Nonsense) -> SceneError {
-        SceneError::Meaning { place: self.place(&span), message }
+        self.place(&span).error(message)
     }
 
     /// The place of a table's header, for entries without a span of their own.
@@ -105,51 +102,25 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let mut drawn_tools = Vec::new();
-    let program = match &scene.program {
-        Some(file) => {
-            let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(&document, &machine, tip)).transpose()?;
-            let mut setup = read_setup(&document, &machine, file, tip.as_ref())?;
-            drawn_tools = mount_tools(&document, &machine, &mut parts, file, tip.as_ref(), &mut setup)?;
-            Some(read_program(&mut folder, &document, file, &setup, tip, overrides)?)
-        }
-        None => None,
-    };
-    let files = scene
-        .program
-        .iter()
-        .filter(|_| !(overrides.skips_program || overrides.defers_program))
-        .flat_map(|file| &file.more);
-    let more = files.zip(program.iter().cycle()).map(|(path, first)| {
-        let source = folder.text(path)?;
-        program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
-    });
-    let more_programs = more.collect::<Result<_, SceneError>>()?;
-    let recording = match &scene.recorded {
-        Some(recorded) => Some(read_recording(&mut folder, &recorded.file, &machine, &parts, program.as_ref())?),
-        None => None,
-    };
+    let (program, more_programs, drawn_tools) =
+        read_programs(&mut folder, &document, &scene, &machine, &mut parts, overrides)?;
+    let recorded = scene.recorded.as_ref();
+    let recording =
+        recorded.map(|file| read_recording(&mut folder, &file.file, &machine, &parts, program.as_ref())).transpose()?;
+    let meaning = |wrong| document.meaning(wrong);
+    let find = |pair: &Spanned<[String; 2]>| find_pair(&document, &parts, pair);
+    let find_all = |pairs: &[Spanned<[String; 2]>]| pairs.iter().map(find).collect::<Result<Vec<Pair>, _>>();
     let pairs = match &scene.pairs {
-        Some(pairs) => pairs.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
+        Some(pairs) => find_all(pairs)?,
         None => movable_pairs(&machine, &parts, recording.is_some()),
     };
-    let random = match &scene.random {
-        Some(random) => random.iter().map(|pair| find_pair(&document, &parts, pair)).collect::<Result<_, _>>()?,
-        None => pairs.clone(),
-    };
-    let find_all = |pairs: &[Spanned<[String; 2]>]| -> Result<Vec<Pair>, SceneError> {
-        pairs.iter().map(|pair| find_pair(&document, &parts, pair)).collect()
-    };
+    let random = scene.random.as_deref().map_or_else(|| Ok(pairs.clone()), find_all)?;
     let (ignored, allowed) = (find_all(&scene.check.ignore)?, find_all(&scene.check.allow)?);
-    let expected = scene
-        .check
-        .expect
-        .iter()
-        .map(|expected| Ok(Expected { line: expected.line, pair: find_pair(&document, &parts, &expected.pair)? }));
+    let expected = scene.check.expect.iter();
+    let expected = expected.map(|file| Ok(Expected { line: file.line, pair: find(&file.pair)? }));
     let expected = expected.collect::<Result<_, SceneError>>()?;
-    let rates = read_rates(&scene.check).map_err(|wrong| document.meaning(wrong))?;
-    let gouge_mm = positive("gouge_mm", scene.check.gouge_mm.as_ref());
-    let gouge_mm = gouge_mm.map_err(|wrong| document.meaning(wrong))?;
+    let rates = read_rates(&scene.check).map_err(meaning)?;
+    let gouge_mm = positive("gouge_mm", scene.check.gouge_mm.as_ref()).map_err(meaning)?;
     let clearances = read_clearances(&document, &parts, &scene.check.clearance)?;
     let approaches = read_approaches(&document, &machine, &parts, &scene.approaches)?;
     let name = folder.name().to_owned();
@@ -183,6 +154,29 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     })
 }
 
+/// The scene's program and the further ones, and the tools of the first that are drawn, which it adds to the parts.
+fn read_programs(
+    folder: &mut Folder,
+    document: &Document,
+    scene: &SceneFile,
+    machine: &Machine,
+    parts: &mut Vec<Part>,
+    overrides: &Overrides,
+) -> Result<(Option<ProgramRun>, Vec<ProgramRun>, Vec<DrawnTool>), SceneError> {
+    let Some(file) = &scene.program else { return Ok(Default::default()) };
+    let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
+    let mut setup = read_setup(document, machine, file, tip.as_ref())?;
+    let drawn_tools = mount_tools(document, machine, parts, file, tip.as_ref(), &mut setup)?;
+    let first = read_program(folder, document, file, &setup, tip, overrides)?;
+    let skips_more = overrides.skips_program || overrides.defers_program;
+    let more = file.more.iter().filter(|_| !skips_more).map(|path| {
+        let source = folder.text(path)?;
+        program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
+    });
+    let more = more.collect::<Result<Vec<_>, SceneError>>()?;
+    Ok((Some(first), more, drawn_tools))
+}
+
 /// The machine, from the scene file or from a separate file, and the parts of the separate file.
 fn machine_and_its_parts(
     folder: &mut Folder,
@@ -191,8 +185,7 @@ fn machine_and_its_parts(
     overrides: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let mut parts = Vec::new();
-    let refuse =
-        |message: &str| Err(SceneError::Meaning { place: document.header("[machine]"), message: message.to_owned() });
+    let refuse = |message: &str| Err(document.header("[machine]").error(message));
     let of_file = Overrides { density: overrides.density.or(file.density), ..*overrides };
     if let Some(path) = &file.urdf {
         if file.file.is_some() || !file.links.is_empty() {
@@ -243,8 +236,7 @@ fn read_urdf(
     _: &str,
     _: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
-    let message = "URDF is read only by a build with `--features urdf`".to_owned();
-    Err(SceneError::Meaning { place: document.header("[machine]"), message })
+    Err(document.header("[machine]").error("URDF is read only by a build with `--features urdf`"))
 }
 
 fn overridden(mut tessellation: Tessellation, overrides: &Overrides) -> Tessellation {
@@ -254,7 +246,7 @@ fn overridden(mut tessellation: Tessellation, overrides: &Overrides) -> Tessella
 }
 
 fn build_machine(document: &Document, links: &[LinkFile]) -> Result<Machine, SceneError> {
-    machine::file::build(links).map_err(|(span, cause)| SceneError::Machine { place: document.place(&span), cause })
+    machine::file::build(links).map_err(|wrong| document.meaning(wrong))
 }
 
 fn add_parts(
@@ -273,11 +265,11 @@ fn add_parts(
         let link_from_part = file.at.isometry();
         if !machine::tree::is_usable(&link_from_part) {
             let message = format!("the placement of part `{name}` is not finite, or farther than 1e9 mm");
-            return Err(SceneError::Meaning { place: place(), message });
+            return Err(place().error(message));
         }
         if file.tool.is_some() && matches!(file.role, Role::Workpiece | Role::Fixture) {
             let message = format!("part `{name}` belongs to a tool, so it cannot be a {}", file.role.name());
-            return Err(SceneError::Meaning { place: place(), message });
+            return Err(place().error(message));
         }
         let groove_mm = file.groove_mm;
         let refused = match file.role {
@@ -287,7 +279,7 @@ fn add_parts(
         };
         if let Some(why) = refused {
             let message = format!("groove_mm of part `{name}` is {groove_mm}; {why}");
-            return Err(SceneError::Meaning { place: place(), message });
+            return Err(place().error(message));
         }
         let refused = match (file.role, file.turns) {
             (Role::Workpiece, Some(_)) => Some("the spindle of a lathe turns every workpiece"),
@@ -298,7 +290,7 @@ fn add_parts(
         };
         if let (Some(why), Some(turns)) = (refused, file.turns) {
             let message = format!("turns of part `{name}` is \"{}\"; {why}", turns.name());
-            return Err(SceneError::Meaning { place: place(), message });
+            return Err(place().error(message));
         }
         let mesh = part_mesh(folder, document, file, overrides)?;
         let mesh = Arc::new(mesh);
@@ -320,9 +312,7 @@ fn part_mesh(
     let place = || document.place(&file.name.span());
     let part = || file.name.get_ref().clone();
     let failed = |cause: Box<dyn Error + Send + Sync>| SceneError::Mesh { place: place(), part: part(), cause };
-    let refuse = |message: &str| {
-        Err(SceneError::Meaning { place: place(), message: format!("part `{}`: {message}", file.name.get_ref()) })
-    };
+    let refuse = |message: &str| Err(place().error(format!("part `{}`: {message}", file.name.get_ref())));
     match (&file.shape, &file.mesh) {
         (Some(_), None) if file.unit.is_some() => refuse("a shape is in mm; `unit` goes with `mesh`"),
         (Some(_), None) if file.weld_mm.is_some() => refuse("a shape has no gaps; `weld_mm` goes with `mesh`"),
@@ -381,8 +371,7 @@ fn read_setup(
 ) -> Result<Setup, SceneError> {
     let mut setup = program::setup(file).map_err(|wrong| document.meaning(wrong))?;
     let check = |position: &Position, span: Range<usize>| {
-        let out_of_limits = |cause| SceneError::OutOfLimits { place: document.place(&span), cause };
-        machine.check_limits(position).map_err(out_of_limits)
+        machine.check_limits(position).map_err(|cause| document.place(&span).error(cause))
     };
     // Where the machine stands without `start`, the program that needs it is to blame; without a home, the block that goes there.
     check(&setup.start, file.start.as_ref().map_or_else(|| file.file.span(), Spanned::span))?;
@@ -441,8 +430,7 @@ fn read_program(
 }
 
 fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> Result<TipControl, SceneError> {
-    let refuse =
-        |message: &str| Err(SceneError::Meaning { place: document.place(&file.span()), message: message.to_owned() });
+    let refuse = |message: &str| Err(document.place(&file.span()).error(message));
     let TipFile { tool_link, gauge_mm, direction, work_link } = file.get_ref();
     // A machine may have a link of that name; else it is what carries everything.
     let is_world = |name: &&Spanned<String>| name.get_ref() == "world" && machine.link("world").is_none();
@@ -488,18 +476,16 @@ fn read_approaches(
     for file in files {
         let name = file.name.get_ref();
         let place = || document.place(&file.name.span());
-        let meaning = |message: String| SceneError::Meaning { place: place(), message };
         if approaches.iter().any(|approach| approach.name == *name) {
-            return Err(SceneError::Duplicate { place: place(), what: "approaches", name: name.clone() });
+            return Err(place().error(format!("there are two approaches named `{name}`")));
         }
-        let at = program::finite("`at`", file.at.position()).map_err(meaning)?;
-        machine.check_limits(&at).map_err(|cause| SceneError::OutOfLimits { place: place(), cause })?;
-        let direction = Vector::from(file.direction);
-        let direction = geometry::direction(direction);
-        let direction = direction.ok_or_else(|| meaning("the direction is zero or not finite".to_owned()))?;
+        let at = program::finite("`at`", file.at.position()).map_err(|message| place().error(message))?;
+        machine.check_limits(&at).map_err(|cause| place().error(cause))?;
+        let direction = geometry::direction(Vector::from(file.direction));
+        let direction = direction.ok_or_else(|| place().error("the direction is zero or not finite"))?;
         let offsets_mm = file.offsets_mm.clone().unwrap_or_else(|| Approach::OFFSETS_MM.to_vec());
         if offsets_mm.is_empty() || !offsets_mm.iter().all(|offset| offset.is_finite()) {
-            return Err(meaning("offsets_mm must be a list of finite numbers, at least one".to_owned()));
+            return Err(place().error("offsets_mm must be a list of finite numbers, at least one"));
         }
         let pair = find_pair(document, parts, &file.pair)?;
         approaches.push(Approach { name: name.clone(), pair, at, direction, offsets_mm });
@@ -508,34 +494,28 @@ fn read_approaches(
 }
 
 fn find_link(document: &Document, machine: &Machine, name: &Spanned<String>) -> Result<usize, SceneError> {
-    machine.link(name.get_ref()).ok_or_else(|| SceneError::Unknown {
-        place: document.place(&name.span()),
-        what: "link",
-        name: name.get_ref().clone(),
-        known: list(machine.links().iter().map(|link| link.name.as_str())),
+    machine.link(name.get_ref()).ok_or_else(|| {
+        let known = machine.links().iter().map(|link| link.name.as_str());
+        unknown(document.place(&name.span()), "link", name.get_ref(), known)
     })
 }
 
 fn find_pair(document: &Document, parts: &[Part], names: &Spanned<[String; 2]>) -> Result<Pair, SceneError> {
     let place = || document.place(&names.span());
     let find = |name: &String| {
-        parts.iter().position(|part| part.name == *name).ok_or_else(|| SceneError::Unknown {
-            place: place(),
-            what: "part",
-            name: name.clone(),
-            known: list(parts.iter().map(|part| part.name.as_str())),
-        })
+        let known = || parts.iter().map(|part| part.name.as_str());
+        known().position(|known| known == name).ok_or_else(|| unknown(place(), "part", name, known()))
     };
     let [a, b] = names.get_ref();
     let pair = Pair { a: find(a)?, b: find(b)? };
     if pair.a == pair.b {
-        return Err(SceneError::Meaning { place: place(), message: format!("part `{a}` is paired with itself") });
+        return Err(place().error(format!("part `{a}` is paired with itself")));
     }
     if let (Some(one), Some(other)) = (parts[pair.a].tool, parts[pair.b].tool)
         && one != other
     {
         let message = format!("`{a}` belongs to tool {one} and `{b}` to tool {other}: they are never there together");
-        return Err(SceneError::Meaning { place: place(), message });
+        return Err(place().error(message));
     }
     Ok(pair)
 }
@@ -562,9 +542,11 @@ pub(super) fn movable_pairs(machine: &Machine, parts: &[Part], recorded: bool) -
         .collect()
 }
 
-fn list<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.collect();
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+/// The error of a name that is not among those that are known.
+pub(super) fn unknown<'a>(place: Place, what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> SceneError {
+    let known: Vec<&str> = known.collect();
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+    place.error(format!("there is no {what} named `{name}`; there are {known}"))
 }
 
 #[cfg(test)]

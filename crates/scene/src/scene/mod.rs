@@ -124,6 +124,11 @@ impl Role {
     /// Every role, in the order of their declaration.
     pub const ALL: [Self; 6] = [Self::Machine, Self::Workpiece, Self::Cutter, Self::Shank, Self::Holder, Self::Fixture];
 
+    /// Whether a part of the role belongs to a tool.
+    pub const fn is_of_tool(self) -> bool {
+        matches!(self, Self::Cutter | Self::Shank | Self::Holder)
+    }
+
     /// Name of the role in files.
     pub const fn name(self) -> &'static str {
         match self {

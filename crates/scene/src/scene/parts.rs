@@ -26,8 +26,8 @@ impl Unfit {
     /// The error at the place where the part is declared.
     pub(super) fn at(self, place: Place) -> SceneError {
         match self {
-            Self::Duplicate { name } => SceneError::Duplicate { place, what: "parts", name },
-            Self::Meaning(message) => SceneError::Meaning { place, message },
+            Self::Duplicate { name } => place.error(format!("there are two parts named `{name}`")),
+            Self::Meaning(message) => place.error(message),
         }
     }
 }

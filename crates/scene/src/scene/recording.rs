@@ -6,6 +6,7 @@
 //! begin with `#` are comments.
 
 use super::error::{Place, SceneError};
+use super::load::unknown;
 use crate::geometry::{Isometry, Vector};
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use std::collections::HashSet;
@@ -113,12 +114,11 @@ impl Layout {
 /// rotation, a second row of a part in one frame, a frame that comes again after another, or a file without rows.
 pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry]) -> Result<Recording, SceneError> {
     let place = |line: usize, column: usize| Place { file: file.to_owned(), line, column };
-    let meaning =
-        |line: usize, column: usize, message: String| SceneError::Meaning { place: place(line, column), message };
+    let meaning = |line: usize, column: usize, message: String| place(line, column).error(message);
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let syntax = |error: &csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
-        SceneError::Syntax { place: place(line as usize, 1), message: error.to_string() }
+        place(line as usize, 1).error(error)
     };
     let layout = Layout::of(reader.headers().map_err(|error| syntax(&error))?).ok_or_else(|| {
         let names = format!("part,{} or part,{}", QUATERNION.join(","), MATRIX.join(","));
@@ -137,12 +137,8 @@ pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry
         let record = record.map_err(|error| syntax(&error))?;
         let line = record.position().map_or(1, csv::Position::line) as usize;
         let name = &record[part_at];
-        let part = parts.iter().position(|part| *part == name).ok_or_else(|| SceneError::Unknown {
-            place: place(line, part_at + 1),
-            what: "part",
-            name: name.to_owned(),
-            known: parts.join(", "),
-        })?;
+        let part = parts.iter().position(|part| *part == name);
+        let part = part.ok_or_else(|| unknown(place(line, part_at + 1), "part", name, parts.iter().copied()))?;
         let pose = layout.pose(&record).map_err(|(column, message)| meaning(line, column, message))?;
         let frame = layout.has_frame.then(|| record[0].to_owned());
         if frame.is_none() || frame != last_frame {

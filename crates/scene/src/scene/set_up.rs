@@ -62,11 +62,6 @@ impl ToolEntry {
     }
 }
 
-/// Whether a part of the role belongs to a tool.
-const fn is_of_tool(role: Role) -> bool {
-    matches!(role, Role::Cutter | Role::Shank | Role::Holder)
-}
-
 impl Scene {
     /// Adds the job to the scene and to the controller's state; the program must be interpreted again afterwards. Returns warnings for the
     /// reader; those about the tools themselves are [`Scene::tool_notes`].
@@ -163,7 +158,7 @@ impl Scene {
             return None;
         }
         let is_left = |part: &&Part| {
-            let is_of_tool = part.tool.is_some() || is_of_tool(part.role);
+            let is_of_tool = part.tool.is_some() || part.role.is_of_tool();
             is_of_tool && part.link == before.tool_link && !self.drawn_tools.iter().any(|drawn| drawn.has(part))
         };
         let left: Vec<&str> = self.parts.iter().filter(is_left).map(|part| part.name.as_str()).collect();
@@ -208,7 +203,7 @@ impl Scene {
         let is_drawn = mounted.is_some();
         let gone = self.retain_parts(|part| match part.tool {
             Some(number) => number != entry.number,
-            None => !(is_drawn && is_of_tool(part.role)),
+            None => !(is_drawn && part.role.is_of_tool()),
         });
         self.drawn_tools.retain(|drawn| drawn.number != entry.number);
         let mut tool = entry.tool;

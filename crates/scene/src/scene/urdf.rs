@@ -26,7 +26,7 @@ pub fn read(
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     let robot = Document::read(folder, &format!("{}{path}", document.base))?;
     let (machine, bodies) = urdf::read(&robot.text, &file.axes, file.form)
-        .map_err(|cause| SceneError::Urdf { place: place_of(&robot, cause.name()), cause: Box::new(cause) })?;
+        .map_err(|cause| place_of(&robot, cause.name.as_deref()).error(cause.message))?;
     let mut parts: Vec<Part> = Vec::with_capacity(bodies.len());
     for body in bodies {
         let place = || place_of(&robot, machine.links().get(body.link).map(|link| link.name.as_str()));

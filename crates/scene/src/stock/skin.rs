@@ -2,47 +2,25 @@
 
 use crate::geometry::{Mesh, Point, Triangle};
 use crate::truth::Solid;
+use crate::truth::boxes::{Bounds, BoxTree};
 use std::sync::Arc;
-
-/// Triangles in a leaf.
-const LEAF: usize = 4;
 
 /// A mesh in a tree of boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Skin {
-    triangles: Vec<Triangle>,
-    /// Children of node n are n + 1 and `Node::second`.
-    nodes: Vec<Node>,
+    tree: BoxTree,
     solid: Solid,
-}
-
-#[derive(Clone, Debug)]
-struct Node {
-    low: Point,
-    high: Point,
-    /// Triangles of a leaf; empty of an inner node.
-    range: std::ops::Range<u32>,
-    second: u32,
-}
-
-impl Node {
-    fn squared(&self, p: &Point) -> f64 {
-        let gap = |i: usize| (self.low[i] - p[i]).max(p[i] - self.high[i]).max(0.0);
-        gap(0).powi(2) + gap(1).powi(2) + gap(2).powi(2)
-    }
 }
 
 impl Skin {
     pub fn new(mesh: &Arc<Mesh>) -> Self {
-        let mut triangles = mesh.triangles();
-        let mut nodes = Vec::with_capacity(triangles.len());
-        build(&mut triangles, 0, &mut nodes);
-        Self { triangles, nodes, solid: Solid::new(Arc::clone(mesh)) }
+        Self { tree: BoxTree::new(&mesh.triangles()), solid: Solid::new(Arc::clone(mesh)) }
     }
 
     /// The box around it.
     pub fn bounds(&self) -> (Point, Point) {
-        (self.nodes[0].low, self.nodes[0].high)
+        let Bounds { low, high } = self.tree.nodes[0].bounds;
+        (low, high)
     }
 
     /// Distance from the surface, mm, negative inside a watertight mesh; where it is more than `beyond_mm`, anything above that.
@@ -53,25 +31,26 @@ impl Skin {
 
     /// Whether a watertight mesh holds a point. That is exact, and takes longer than the distance.
     pub fn holds(&self, p: &Point) -> bool {
-        self.nodes[0].squared(p) == 0.0 && self.solid.holds(p)
+        self.tree.nodes[0].bounds.contains(p) && self.solid.holds(p)
     }
 
     /// Distance from the surface, mm; where it is more than `beyond_mm`, anything above that.
     pub fn distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
         let (mut least, beyond) = (f64::INFINITY, beyond_mm * beyond_mm);
-        let mut stack = vec![(self.nodes[0].squared(p), 0_u32)];
-        while let Some((bound, index)) = stack.pop() {
+        let at = Bounds { low: *p, high: *p };
+        let bounded = |node: u32| (self.tree.nodes[node as usize].bounds.gap_squared(&at), node);
+        let mut stack = vec![bounded(0)];
+        while let Some((bound, node)) = stack.pop() {
             if bound >= least || bound > beyond {
                 continue;
             }
-            let node = &self.nodes[index as usize];
-            if node.second == 0 {
-                for triangle in &self.triangles[node.range.start as usize..node.range.end as usize] {
+            let Some(children) = self.tree.children(node) else {
+                for triangle in &self.tree.triangles[self.tree.range(node)] {
                     least = least.min((nearest(triangle, p) - p).norm_squared());
                 }
                 continue;
-            }
-            let mut children = [index + 1, node.second].map(|child| (self.nodes[child as usize].squared(p), child));
+            };
+            let mut children = children.map(bounded);
             if children[0].0 < children[1].0 {
                 children.swap(0, 1);
             }
@@ -79,23 +58,6 @@ impl Skin {
         }
         least.sqrt()
     }
-}
-
-fn build(triangles: &mut [Triangle], start: u32, nodes: &mut Vec<Node>) {
-    let (low, high) = crate::geometry::triangle::bounds(triangles).unwrap_or_default();
-    let index = nodes.len();
-    let end = start + triangles.len() as u32;
-    nodes.push(Node { low, high, range: start..end, second: 0 });
-    if triangles.len() <= LEAF {
-        return;
-    }
-    let axis = (high - low).imax();
-    let middle = triangles.len() / 2;
-    triangles.select_nth_unstable_by(middle, |a, b| a.centroid()[axis].total_cmp(&b.centroid()[axis]));
-    let (first, second) = triangles.split_at_mut(middle);
-    build(first, start, nodes);
-    nodes[index].second = nodes.len() as u32;
-    build(second, start + middle as u32, nodes);
 }
 
 /// The point of a triangle nearest to `p` (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).

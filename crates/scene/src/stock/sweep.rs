@@ -323,14 +323,8 @@ impl Sweep {
 
     /// How deep material can be in a body that retraces the way of `cut`, mm.
     pub(super) fn retraced_mm(&self, cut: &Self) -> f64 {
-        let slack = match &self.way {
-            Way::Chords { form, .. } => match &**form {
-                // The cutter is what it was there.
-                Form::Round(_) => 0.0,
-                Form::Rigid(_) => f64::INFINITY,
-            },
-            Way::Turned { .. } => 0.0,
-        };
+        // A cutter that turns is what it was there.
+        let slack = if self.is_of_mesh() { f64::INFINITY } else { 0.0 };
         RETRACED_MM + self.pad + cut.pad + slack
     }
 

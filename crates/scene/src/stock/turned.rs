@@ -391,26 +391,12 @@ fn convex(outline: &[[f64; 2]]) -> Option<Convex> {
     (planes.len() >= 3 && area(outline) > 0.0).then_some(Convex { planes })
 }
 
-/// The convex hull, counter-clockwise (Andrew 1979).
+/// The convex hull, counter-clockwise.
 fn hull(mut points: Vec<[f64; 2]>) -> Outline {
     points.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
     points.dedup();
     let turn = |p: &[f64; 2], q: &[f64; 2], r: &[f64; 2]| (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
-    let half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for p in points {
-            while let [.., q, r] = chain.as_slice()
-                && turn(q, r, p) <= 0.0
-            {
-                chain.pop();
-            }
-            chain.push(*p);
-        }
-        chain.pop();
-        chain
-    };
-    let (lower, upper) = (half(&mut points.iter()), half(&mut points.iter().rev()));
-    [lower, upper].concat()
+    crate::geometry::hull::around(&points, turn)
 }
 
 #[cfg(test)]

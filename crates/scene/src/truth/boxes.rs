@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 /// An axis-aligned box, mm, closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub low: Point,
     pub high: Point,
 }
@@ -80,7 +80,7 @@ impl Bounds {
 /// A node. An inner node has `count` 0, its left child directly behind it and its right child at `next`. A leaf holds `count` triangles,
 /// starting at `next`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
+pub(crate) struct Node {
     pub bounds: Bounds,
     next: u32,
     count: u32,
@@ -88,7 +88,7 @@ pub(super) struct Node {
 
 /// A binary tree of tight boxes, depth-first in memory; triangles are sorted so that those of a leaf are adjacent.
 #[derive(Clone, Debug)]
-pub(super) struct BoxTree {
+pub(crate) struct BoxTree {
     pub nodes: Vec<Node>,
     pub triangles: Vec<Triangle>,
     /// The number in the mesh of each triangle, in tree order.

@@ -9,12 +9,12 @@
 //! | [`path`] | how far past first contact is a pose of a path? |
 //! | [`cache`] | keeping the answers |
 //!
-//! `boxes` holds the private tree of axis-aligned boxes, and the proof of its rounding bound.
+//! `boxes` holds the tree of axis-aligned boxes, and the proof of its rounding bound.
 //!
 //! [`Verdict::touches`] and [`Verdict::contained`] are exact, for the first mesh and for the second mesh with its vertices moved and
 //! snapped to the grid ([`Placement`]). Lengths in mm are accurate to rounding.
 
-mod boxes;
+pub(crate) mod boxes;
 pub mod cache;
 pub mod clearance;
 pub mod contain;

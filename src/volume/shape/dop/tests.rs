@@ -3,22 +3,22 @@
 use super::*;
 use crate::tree::{Policy, SplitRule, Tree};
 use crate::volume::BoundingVolume;
-use crate::volume::dop_6::{CubeFaces, Dop6};
-use crate::volume::dop_8::{Diagonals, Dop8};
-use crate::volume::dop_14::{Dop14, FacesAndCorners};
-use crate::volume::dop_18::{Dop18, FacesAndEdges};
-use crate::volume::dop_26::{Dop26, FacesEdgesAndCorners};
+use crate::volume::dop_6::Dop6;
+use crate::volume::dop_8::Dop8;
+use crate::volume::dop_14::Dop14;
+use crate::volume::dop_18::Dop18;
+use crate::volume::dop_26::Dop26;
 use obbtree::cases::Draw;
 use obbtree::cases::meshes;
 
 #[test]
 fn the_hulls_of_the_normals_have_the_facets_of_their_solids() {
     let cones = |normals: &[Vector]| cones_over_facets(normals).len();
-    assert_eq!(cones(CubeFaces::normals()), 8); // octahedron
-    assert_eq!(cones(Diagonals::normals()), 12); // cube: six squares
-    assert_eq!(cones(FacesAndCorners::normals()), 24); // tetrakis hexahedron
-    assert_eq!(cones(FacesAndEdges::normals()), 32); // 18 corners: 2·18 - 4
-    assert_eq!(cones(FacesEdgesAndCorners::normals()), 48); // 26 corners: 2·26 - 4
+    assert_eq!(cones(Dop6::normals()), 8); // octahedron
+    assert_eq!(cones(Dop8::normals()), 12); // cube: six squares
+    assert_eq!(cones(Dop14::normals()), 24); // tetrakis hexahedron
+    assert_eq!(cones(Dop18::normals()), 32); // 18 corners: 2·18 - 4
+    assert_eq!(cones(Dop26::normals()), 48); // 26 corners: 2·26 - 4
 }
 
 fn resolves<D: Directions<K>, const K: usize>() {
@@ -34,11 +34,11 @@ fn resolves<D: Directions<K>, const K: usize>() {
 
 #[test]
 fn every_direction_is_a_non_negative_sum_of_a_cone() {
-    resolves::<CubeFaces, 3>();
-    resolves::<Diagonals, 4>();
-    resolves::<FacesAndCorners, 7>();
-    resolves::<FacesAndEdges, 9>();
-    resolves::<FacesEdgesAndCorners, 13>();
+    resolves::<Dop6, 3>();
+    resolves::<Dop8, 4>();
+    resolves::<Dop14, 7>();
+    resolves::<Dop18, 9>();
+    resolves::<Dop26, 13>();
 }
 
 /// The segment from (-1,0,0) to (1,0,0).
@@ -59,7 +59,7 @@ fn the_eight_dop_of_a_diagonal_segment_is_an_octahedron() {
 #[test]
 fn octahedra_part_where_their_faces_do() {
     let dop = Dop8::fit(&segment());
-    let overlaps = |x: f64| dop.overlaps(&dop, &Dop::<Diagonals, 4>::pose(&Isometry::translation(x, x, x)));
+    let overlaps = |x: f64| dop.overlaps(&dop, &Dop::<Dop8, 4>::pose(&Isometry::translation(x, x, x)));
     assert!(overlaps(2.0 / 3.0 - 1e-6)); // faces x + y + z = ±1 meet at 3x = 2
     assert!(!overlaps(2.0 / 3.0 + 1e-6));
 }
@@ -141,11 +141,11 @@ fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
 
 fn duality(nodes: u32) -> [Outcome; 5] {
     [
-        posed_nodes::<CubeFaces, 3>(nodes),
-        posed_nodes::<Diagonals, 4>(nodes),
-        posed_nodes::<FacesAndCorners, 7>(nodes),
-        posed_nodes::<FacesAndEdges, 9>(nodes),
-        posed_nodes::<FacesEdgesAndCorners, 13>(nodes),
+        posed_nodes::<Dop6, 3>(nodes),
+        posed_nodes::<Dop8, 4>(nodes),
+        posed_nodes::<Dop14, 7>(nodes),
+        posed_nodes::<Dop18, 9>(nodes),
+        posed_nodes::<Dop26, 13>(nodes),
     ]
 }
 

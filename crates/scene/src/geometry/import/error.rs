@@ -1,13 +1,12 @@
 //! Why a file is not a mesh.
 
-use super::super::MeshError;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// Position of an error in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub(super) enum Place {
     /// A line, counted from 1.
     Line(usize),
     /// A triangle, counted from 0, and the byte at which it begins.
@@ -45,86 +44,25 @@ impl fmt::Display for Place {
 }
 
 /// Why a file cannot be read as a mesh.
-#[derive(Debug, Error)]
-pub enum ImportError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The file is too large.
-    #[error("{}: {bytes} bytes, and at most {most} are read", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// Its size.
-        bytes: u64,
-        /// The limit, bytes.
-        most: u64,
-    },
-    /// The welding tolerance is outside the permitted range.
-    #[error("{}: vertices cannot be welded within {weld_mm} mm; it must be 0, or from {least} to {most}", path.display())]
-    Tolerance {
-        /// The file.
-        path: PathBuf,
-        /// The requested tolerance, mm.
-        weld_mm: f64,
-        /// The smallest permitted tolerance, mm.
-        least: f64,
-        /// The largest permitted tolerance, mm.
-        most: f64,
-    },
-    /// Neither the name nor the content of the file identifies its format.
-    #[error("{}: not an STL, OBJ, OFF, PLY, GLB or 3MF file{hint}", path.display())]
-    UnknownFormat {
-        /// The file.
-        path: PathBuf,
-        /// The format it seems to be in, and the command that converts it; empty if neither is known.
-        hint: &'static str,
-    },
-    /// The format needs a build feature that this build does not have.
-    #[error("{}: {format} is read by a build with `--features {feature}`; this one was built without", path.display())]
-    NotBuiltIn {
-        /// The file.
-        path: PathBuf,
-        /// The format's name.
-        format: &'static str,
-        /// Name of the feature.
-        feature: &'static str,
-    },
-    /// The header announces another size than the file has.
-    #[error("{}: the header announces {declared} triangles, {expected} bytes, but the file has {bytes} bytes", path.display())]
-    WrongSize {
-        /// The file.
-        path: PathBuf,
-        /// Number of triangles in the header.
-        declared: u64,
-        /// Bytes that these triangles would take, with the header.
-        expected: u64,
-        /// Bytes of the file.
-        bytes: u64,
-    },
-    /// Something in the file is wrong.
-    #[error("{}: {place}: {message}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// Position of the error.
-        place: Place,
-        /// Description of the error.
-        message: String,
-    },
-    /// The triangles do not make a mesh.
-    #[error("{}: {source}", path.display())]
-    NotAMesh {
-        /// The file.
-        path: PathBuf,
-        /// The reason why they do not.
-        source: MeshError,
-    },
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{}: {message}", path.display())]
+pub struct ImportError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong, after its place in the file where it has one.
+    pub message: String,
+}
+
+impl ImportError {
+    /// An error of the file as a whole.
+    pub(super) fn of_file(path: &Path, message: impl ToString) -> Self {
+        Self { path: path.into(), message: message.to_string() }
+    }
+
+    /// An error at a place of the file.
+    pub(super) fn at(path: &Path, place: &Place, message: impl fmt::Display) -> Self {
+        Self::of_file(path, format!("{place}: {message}"))
+    }
 }
 
 /// Quotes text from a file, shortened to a readable length.

@@ -135,7 +135,7 @@ fn fault<T>(object: impl Into<String>, message: impl Into<String>) -> Result<T, 
 }
 
 pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
-    read_document(content).map_err(|(place, message)| ImportError::Content { path: path.into(), place, message })
+    read_document(content).map_err(|(place, message)| ImportError::at(path, &place, message))
 }
 
 fn read_document(content: &[u8]) -> Result<Raw, Fault> {

@@ -29,7 +29,7 @@ mod three_mf;
 #[cfg(test)]
 mod tests;
 
-pub use error::{ImportError, Place};
+pub use error::ImportError;
 pub use stl::{write as write_stl, write_triangles as write_stl_triangles};
 
 use super::{Mesh, Point};
@@ -221,14 +221,7 @@ const LARGEST_FILE: u64 = 1 << 30;
 /// mesh, is cut short, disagrees with its own header, or has a coordinate that is not finite or beyond ±4096 mm.
 pub fn load(path: &Path, options: impl Into<Options>) -> Result<Imported, ImportError> {
     let content = rs274::file::bytes(path, LARGEST_FILE);
-    parse(path, &content.map_err(|source| ImportError::Unreadable { path: path.into(), source })?, options)
-}
-
-fn check_size(path: &Path, bytes: u64) -> Result<(), ImportError> {
-    if bytes < LARGEST_FILE {
-        return Ok(());
-    }
-    Err(ImportError::TooLarge { path: path.into(), bytes, most: LARGEST_FILE })
+    parse(path, &content.map_err(|cause| ImportError::of_file(path, cause))?, options)
 }
 
 /// Like [`load`], from the content of a file; `path` is used for its extension and for messages.
@@ -265,13 +258,19 @@ fn converter(path: &Path, content: &[u8]) -> &'static str {
 }
 
 fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> Result<Imported, ImportError> {
+    let wrong = |message: &str| ImportError::of_file(path, message);
     if weld_mm != 0.0 && !(WELD_MM.0..=WELD_MM.1).contains(&weld_mm) {
-        return Err(ImportError::Tolerance { path: path.into(), weld_mm, least: WELD_MM.0, most: WELD_MM.1 });
+        let (least, most) = WELD_MM;
+        let allowed = format!("it must be 0, or from {least} to {most}");
+        return Err(wrong(&format!("vertices cannot be welded within {weld_mm} mm; {allowed}")));
     }
-    check_size(path, content.len() as u64)?;
+    if content.len() as u64 >= LARGEST_FILE {
+        return Err(wrong(&format!("{} bytes, and at most {LARGEST_FILE} are read", content.len())));
+    }
     let content = &*plain(content);
     let Some(format) = format_of(path, content) else {
-        return Err(ImportError::UnknownFormat { path: path.into(), hint: converter(path, content) });
+        let hint = converter(path, content);
+        return Err(wrong(&format!("not an STL, OBJ, OFF, PLY, GLB or 3MF file{hint}")));
     };
     let raw = match format {
         Format::BinaryStl => stl::read_binary(path, content),
@@ -283,10 +282,10 @@ fn parse_in(path: &Path, content: &[u8], unit_mm: Option<f64>, weld_mm: f64) -> 
         #[cfg(feature = "3mf")]
         Format::ThreeMf => three_mf::read(path, content),
         #[cfg(not(feature = "3mf"))]
-        Format::ThreeMf => Err(ImportError::NotBuiltIn { path: path.into(), format: "3MF", feature: "3mf" }),
+        Format::ThreeMf => Err(wrong("3MF is read by a build with `--features 3mf`; this one was built without")),
     }?;
     let unit_mm = unit_mm.or(raw.unit_mm).unwrap_or(Unit::Mm.in_mm());
-    clean::clean(raw, format, unit_mm, weld_mm).map_err(|source| ImportError::NotAMesh { path: path.into(), source })
+    clean::clean(raw, format, unit_mm, weld_mm).map_err(|cause| ImportError::of_file(path, cause))
 }
 
 /// The content in the form that the readers expect: text, and the header of a binary PLY file, in UTF-8 without a byte-order mark, with

@@ -50,10 +50,9 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     let number = Cell::new(0);
     let mut reader = Lines::new(&text, |_, line| positions_only(line), None, &number);
     let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..Default::default() };
-    let wrong = |line: usize, message: String| ImportError::Content {
-        path: path.into(),
-        place: Place::Line(line),
-        message: format!("{message}: {}", quote(text.lines().nth(line.saturating_sub(1)).unwrap_or(""))),
+    let wrong = |line: usize, message: String| {
+        let quoted = quote(text.lines().nth(line.saturating_sub(1)).unwrap_or(""));
+        ImportError::at(path, &Place::Line(line), format!("{message}: {quoted}"))
     };
     if let Some(index) = text.lines().position(|line| statement(line) == Statement::Unknown) {
         return Err(wrong(index + 1, "this statement is not read, and may be a surface".to_owned()));

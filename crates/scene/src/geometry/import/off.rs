@@ -43,7 +43,7 @@ struct Reader<'a, I> {
 
 impl<'a, I: Iterator<Item = (usize, &'a str)>> Reader<'a, I> {
     fn wrong(&self, message: String) -> ImportError {
-        ImportError::Content { path: self.path.into(), place: Place::Line(self.line), message }
+        ImportError::at(self.path, &Place::Line(self.line), message)
     }
 
     fn next_line(&mut self, what: &str) -> Result<&'a str, ImportError> {

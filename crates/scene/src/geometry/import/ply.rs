@@ -11,6 +11,7 @@ use super::{MOST, Raw};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult};
 use ply_rs_bw::ply::{PropertyType, ScalarType};
+use std::fmt::Display;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -138,8 +139,8 @@ impl File<'_> {
         if text { Place::Line(line.unwrap_or_else(|| self.reader.line())) } else { Place::Byte(byte) }
     }
 
-    fn wrong(&self, place: Place, message: String) -> ImportError {
-        ImportError::Content { path: self.path.into(), place, message }
+    fn wrong(&self, place: &Place, message: impl Display) -> ImportError {
+        ImportError::at(self.path, place, message)
     }
 
     /// Converts an error of the crate. The first line of its message is kept, with the line of the file if the file is text.
@@ -148,14 +149,14 @@ impl File<'_> {
         let message = error.to_string();
         let message = message.lines().next().unwrap_or_default();
         let message = message.split_once(": ").filter(|(start, _)| start.starts_with("Line ")).map_or(message, |m| m.1);
-        let message = message.trim_end_matches('.').to_owned();
+        let message = message.trim_end_matches('.');
         let line = match place {
             Place::Line(line) => self.content.split(|b| *b == b'\n').nth(line.saturating_sub(1)),
             _ => None,
         };
         match line {
-            Some(line) => self.wrong(place, format!("{message}: {}", quote(&String::from_utf8_lossy(line)))),
-            None => self.wrong(place, message),
+            Some(line) => self.wrong(&place, format!("{message}: {}", quote(&String::from_utf8_lossy(line)))),
+            None => self.wrong(&place, message),
         }
     }
 
@@ -175,12 +176,12 @@ impl File<'_> {
                 "the header announces {} of `{}`, at least {least} bytes each, but {rest} bytes are left",
                 element.count, element.name
             );
-            return Err(self.wrong(self.place(text, None), message));
+            return Err(self.wrong(&self.place(text, None), message));
         }
         if size_of::<E>() > 0 && element.count > MOST {
             let message =
                 format!("the header announces {} of `{}`; at most {MOST} are read", element.count, element.name);
-            return Err(self.wrong(self.place(text, None), message));
+            return Err(self.wrong(&self.place(text, None), message));
         }
         let items = Parser::<E>::new().read_payload_for_element(&mut self.reader, element, header);
         items.map_err(|error| self.failed(text, &error))
@@ -216,13 +217,13 @@ pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
         }
     }
     if !file.rest().trim_ascii().is_empty() {
-        let message = "the file goes on after what its header announces".to_owned();
-        return Err(file.wrong(file.place(header.encoding == Encoding::Ascii, None), message));
+        let place = file.place(header.encoding == Encoding::Ascii, None);
+        return Err(file.wrong(&place, "the file goes on after what its header announces"));
     }
     let count = raw.vertices.len();
     for (index, face) in faces.into_iter().enumerate() {
         let added = face.corners(count).and_then(|corners| raw.add_polygon(&corners));
-        added.map_err(|why| file.wrong(Place::Object(format!("face {index}")), why))?;
+        added.map_err(|why| file.wrong(&Place::Object(format!("face {index}")), why))?;
     }
     Ok(raw)
 }
@@ -233,7 +234,7 @@ fn check_header(file: &File, header: &Header) -> Result<(), ImportError> {
         let properties = header.elements.get(element).map(|element| &element.properties);
         properties.is_some_and(|properties| properties.iter().any(|(name, p)| fits(name, &p.data_type)))
     };
-    let refuse = |message: &str| Err(file.wrong(Place::Line(file.reader.line()), message.to_owned()));
+    let refuse = |message: &str| Err(file.wrong(&Place::Line(file.reader.line()), message));
     for axis in ["x", "y", "z"] {
         if !has("vertex", &|name, kind| name == axis && matches!(kind, PropertyType::Scalar(_))) {
             return refuse(&format!("the header has no element `vertex` with a scalar `{axis}`"));

@@ -41,7 +41,11 @@ pub(super) fn is_text(content: &[u8]) -> bool {
 pub(super) fn read_binary(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
     let (declared, expected) = declared(content).unwrap_or((0, HEADER as u64));
     if expected != content.len() as u64 {
-        return Err(ImportError::WrongSize { path: path.into(), declared, expected, bytes: content.len() as u64 });
+        let message = format!(
+            "the header announces {declared} triangles, {expected} bytes, but the file has {} bytes",
+            content.len()
+        );
+        return Err(ImportError::of_file(path, message));
     }
     // stl_io takes a header that begins with `solid` for text; the header means nothing.
     let mut file = content.to_vec();
@@ -79,7 +83,7 @@ fn collect(
     reader: std::io::Result<Reader<'_>>,
     place: impl Fn(usize) -> Place,
 ) -> Result<Raw, ImportError> {
-    let wrong = |index, message| ImportError::Content { path: path.into(), place: place(index), message };
+    let wrong = |index, message: String| ImportError::at(path, &place(index), message);
     let mut raw = Raw::default();
     for (index, triangle) in reader.map_err(|error| wrong(0, error.to_string()))?.enumerate() {
         if index >= MOST {

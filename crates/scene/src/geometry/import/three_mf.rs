@@ -51,7 +51,7 @@ struct Model {
 }
 
 pub(super) fn read(path: &Path, content: &[u8]) -> Result<Raw, ImportError> {
-    read_archive(content).map_err(|(place, message)| ImportError::Content { path: path.into(), place, message })
+    read_archive(content).map_err(|(place, message)| ImportError::at(path, &place, message))
 }
 
 /// The place of an error, and its description.
