@@ -105,7 +105,7 @@ fn upright(mesh: &Mesh) -> Isometry {
 }
 
 /// Takes a line to z.
-pub(crate) fn line_to_z(point: &Point, direction: &Vector) -> Isometry {
+pub fn line_to_z(point: &Point, direction: &Vector) -> Isometry {
     let turn = turn_between(direction, &Vector::z());
     Isometry::from_parts((turn * -point.coords).into(), turn)
 }
