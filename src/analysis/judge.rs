@@ -10,6 +10,7 @@ use super::table::Scene;
 use super::totals::{Estimate, over_launches};
 use super::{AnalysisError, counted};
 use crate::record::rows::CaseKey;
+use crate::record::vocabulary::named;
 use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, PROGRAM_TIME, Stratum, TightnessRow, TreeRow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,48 +47,34 @@ pub struct Evidence<'a> {
     pub noisy: NoisyCells,
 }
 
-/// The verdict on a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The whole interval is beyond the claim's threshold.
-    Supported,
-    /// The whole interval is at or beyond 1 on the other side, or on the other side of a margin that the sentence names.
-    Refuted,
-    /// The evidence does not decide.
-    Undecided,
-    /// The baseline has no defect that the subject could repair.
-    NotApplicable,
-    /// No measurement can decide the claim.
-    NotJudged,
-}
-
-impl Verdict {
-    /// All verdicts.
-    pub const ALL: [Self; 5] = [Self::Supported, Self::Refuted, Self::Undecided, Self::NotApplicable, Self::NotJudged];
-
-    /// The name in files.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Supported => "supported",
-            Self::Refuted => "refuted",
-            Self::Undecided => "undecided",
-            Self::NotApplicable => "not-applicable",
-            Self::NotJudged => "not-judged",
-        }
+named! {
+    /// The verdict on a claim.
+    pub enum Verdict {
+        /// The whole interval is beyond the claim's threshold.
+        Supported = "supported",
+        /// The whole interval is at or beyond 1 on the other side, or on the other side of a margin that the sentence names.
+        Refuted = "refuted",
+        /// The evidence does not decide.
+        Undecided = "undecided",
+        /// The baseline has no defect that the subject could repair.
+        NotApplicable = "not-applicable",
+        /// No measurement can decide the claim.
+        NotJudged = "not-judged",
     }
 }
 
-/// The direction of a ratio, independent of any claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Effect {
-    /// The whole interval is below 1, and part of it is below 0.95.
-    Less,
-    /// The whole interval is within 5 % of 1.
-    Same,
-    /// The whole interval is above 1, and part of it is above 1.05.
-    More,
-    /// The interval is in none of these places.
-    Unclear,
+named! {
+    /// The direction of a ratio, independent of any claim.
+    pub enum Effect {
+        /// The whole interval is below 1, and part of it is below 0.95.
+        Less = "less",
+        /// The whole interval is within 5 % of 1.
+        Same = "same",
+        /// The whole interval is above 1, and part of it is above 1.05.
+        More = "more",
+        /// The interval is in none of these places.
+        Unclear = "unclear",
+    }
 }
 
 impl Effect {
@@ -98,16 +85,6 @@ impl Effect {
             () if interval.high < 1.0 => Self::Less,
             () if interval.low > 1.0 => Self::More,
             () => Self::Unclear,
-        }
-    }
-
-    /// The name in files.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Less => "less",
-            Self::Same => "same",
-            Self::More => "more",
-            Self::Unclear => "unclear",
         }
     }
 }
