@@ -39,28 +39,36 @@ impl Row for BuildRow {
     }
 }
 
-/// Says which file each row type lives in.
+/// Says which file each row type lives in, and gives the list of the files a name.
 macro_rules! row_file {
+    ($list:ident: $($row:ty => $file:literal),* $(,)?) => {
+        /// The files of these rows.
+        pub const $list: &[&str] = &[$($file),*];
+        row_file! { $($row => $file),* }
+    };
     ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
 }
 pub(super) use row_file;
 
-row_file! {
+row_file! { MEASURED:
     CaseRow => "cases.csv",
     PoseRow => "poses.csv",
     AnswerRow => "answers.csv",
     LineRow => "lines.csv",
     MissRow => "misses.csv",
-    ProgramTimeRow => "program_times.csv",
     VerificationRow => "verification.csv",
     TreeRow => "trees.csv",
     TightnessRow => "tightness.csv",
     ExitRow => "exits.csv",
     OutlineRow => "outlines.csv",
+    SingleRow => "singles.csv",
+}
+
+row_file! { DERIVED:
+    ProgramTimeRow => "program_times.csv",
     SummaryRow => "summary.csv",
     RatioRow => "ratios.csv",
     ClaimRow => "claims.csv",
-    SingleRow => "singles.csv",
     VarianceRow => "variance.csv",
 }
 
