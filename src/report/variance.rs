@@ -1,7 +1,7 @@
 //! The report's section on repetition: the sources of the spread of program times, and how often the next run should repeat.
 
-use super::Contents;
 use super::tables::{Table, interval, number};
+use super::{Contents, answer};
 use crate::analysis::variance;
 use crate::analysis::words::listed;
 use crate::record::{NULL_VARIANT, VarianceRow};
@@ -10,10 +10,7 @@ use std::collections::BTreeSet;
 /// The section; empty for a run that was analysed before variance components existed.
 pub(super) fn section(contents: &Contents) -> String {
     let is_default = |row: &&VarianceRow| {
-        let entry = contents.manifest.variants.iter().find(|entry| entry.id == row.variant);
-        let policy = row.case().policy();
-        row.variant == NULL_VARIANT
-            || entry.is_some_and(|entry| entry.policies.first().is_none_or(|first| *first == policy))
+        row.variant == NULL_VARIANT || answer::is_default(contents, &row.variant, &row.case().policy())
     };
     let wanted = |row: &&VarianceRow| variance::ranks(&contents.variance, row) && !row.baseline.is_empty();
     let rows: Vec<&VarianceRow> = contents.variance.iter().filter(wanted).filter(is_default).collect();
