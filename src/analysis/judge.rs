@@ -292,7 +292,8 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
 
 impl Judged<'_> {
     fn findings(&self, test: &Test) -> Vec<Finding> {
-        let examined = if test.of == Some(Role::Subject) { &self.subject } else { &self.baseline };
+        let Self { subject, baseline, .. } = self;
+        let examined = if test.of == Some(Role::Subject) { subject } else { baseline };
         let above = test.above.unwrap_or(0.0);
         let expected = test.expect.unwrap_or(Expectation::Present);
         match test.kind {
@@ -300,9 +301,9 @@ impl Judged<'_> {
             TestKind::VolumeTestRatio => self.ratios(test, &[Metric::VolumeTests]),
             TestKind::TriangleTestRatio => self.ratios(test, &[Metric::TriangleTests]),
             TestKind::BuildRatio => self.ratios(test, &[Metric::Build]),
-            TestKind::Balance => vec![self.balance(test)],
+            TestKind::Balance => vec![self.over_parts(test, [baseline, subject], |row| row.child_ratio)],
             TestKind::Tightness => vec![self.tightness(test)],
-            TestKind::BytesRatio => vec![self.bytes(test)],
+            TestKind::BytesRatio => vec![self.over_parts(test, [subject, baseline], |row| row.bytes as f64)],
             TestKind::AxisOperations => vec![self.axis_operations(examined, test)],
             TestKind::EdgeExits => vec![self.edge_exits(examined, test)],
             TestKind::Misses => self.misses_by_workload(test, examined, above, expected),
@@ -437,11 +438,11 @@ impl Judged<'_> {
         Finding { effect, ..Finding::of_trees(decide(test, ratio), Some(ratio.interval.value), vec![range]) }
     }
 
-    fn balance(&self, test: &Test) -> Finding {
-        let subject: BTreeMap<&str, f64> =
-            self.trees(&self.subject).map(|row| (row.part.as_str(), row.child_ratio)).collect();
-        let logs = self.trees(&self.baseline).filter_map(|row| {
-            let log = (row.child_ratio / subject.get(row.part.as_str())?).ln();
+    /// The ratio of a property of the trees of two cases, over the parts.
+    fn over_parts(&self, test: &Test, [above, below]: [&CaseKey; 2], property: fn(&TreeRow) -> f64) -> Finding {
+        let below: BTreeMap<&str, f64> = self.trees(below).map(|row| (row.part.as_str(), property(row))).collect();
+        let logs = self.trees(above).filter_map(|row| {
+            let log = (property(row) / below.get(row.part.as_str())?).ln();
             log.is_finite().then_some(log)
         });
         Self::mean_ratio(&logs.collect::<Vec<_>>(), test, "parts")
