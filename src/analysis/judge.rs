@@ -8,7 +8,7 @@ use super::stats::{Interval, mean};
 use super::summary::ALL;
 use super::table::Scene;
 use super::totals::{Estimate, over_launches};
-use super::{AnalysisError, counted};
+use super::{AnalysisError, counted, grouped};
 use crate::record::rows::CaseKey;
 use crate::record::vocabulary::named;
 use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, PROGRAM_TIME, Stratum, TightnessRow, TreeRow};
@@ -454,14 +454,10 @@ impl Judged<'_> {
         let key = |row: &TightnessRow| (row.frame, row.part.clone(), row.level);
         let subject: BTreeMap<_, f64> =
             self.levels_in(&self.subject, test.frames).filter(asked).map(|row| (key(row), looseness(row))).collect();
-        let mut frames: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        for row in self.levels_in(&self.baseline, test.frames) {
-            let Some(of_subject) = subject.get(&key(row)) else { continue };
-            let log = (of_subject / looseness(row)).ln();
-            if log.is_finite() {
-                frames.entry(row.frame).or_default().push(log);
-            }
-        }
+        let frames = grouped(self.levels_in(&self.baseline, test.frames).filter_map(|row| {
+            let log = (subject.get(&key(row))? / looseness(row)).ln();
+            log.is_finite().then_some((row.frame, log))
+        }));
         let mut finding = match test.frames {
             Frames::Own => {
                 Self::mean_ratio(&frames.into_values().flatten().collect::<Vec<_>>(), test, "levels of trees")

@@ -1,10 +1,10 @@
 //! The observations in a form for computation: names interned, rows grouped once by scene and case, and sorted by their pairing key. Two
 //! cases are paired by merging their sorted lists, so the order of rows in the files has no influence.
 
-use super::AnalysisError;
 use super::stats::median;
 use super::summary::Cell;
 use super::totals::{self, Binaries, Estimate, Observation, Totals};
+use super::{AnalysisError, grouped};
 use crate::record::manifest::{Manifest, Request};
 use crate::record::rows::CaseKey;
 use crate::record::{
@@ -582,10 +582,7 @@ impl Query {
 
 /// The median over blocks for each launch and chunk, ns.
 pub(super) fn chunk_times(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
-    let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
-    for sample in samples {
-        blocks.entry((sample.launch, sample.item)).or_default().push(sample.ns);
-    }
+    let blocks = grouped(samples.iter().map(|sample| ((sample.launch, sample.item), sample.ns)));
     blocks.into_iter().map(|(key, ns)| (key, median(ns))).collect()
 }
 

@@ -10,7 +10,7 @@ use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind}
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, counted, distinct, is_query_time, ranked_by};
+use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
@@ -279,11 +279,8 @@ type Tallies<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a Tally)>>;
 /// The tallies of a case by workload, one for each scene in which it was verified.
 fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
     let is_it = |key: &CaseKey| is_case(contents, case, &key.variant, &key.policy());
-    let mut of_workloads = Tallies::new();
-    for (scene, _, workload, tally) in contents.misses.verified().filter(|(_, key, ..)| is_it(key)) {
-        of_workloads.entry(workload).or_default().push((scene, tally));
-    }
-    of_workloads
+    let verified = contents.misses.verified().filter(|(_, key, ..)| is_it(key));
+    grouped(verified.map(|(scene, _, workload, tally)| (workload, (scene, tally))))
 }
 
 /// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when no query was at a contact.
