@@ -3,6 +3,7 @@
 use super::options::{OutputOptions, StudyOptions, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, merge, say, style};
+use crate::analysis::distinct;
 use crate::analysis::growth::COSTS;
 use crate::analysis::summary::ALL;
 use crate::analysis::sweep::analyze_sweep;
@@ -14,7 +15,6 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::Table;
 use serde_json::json;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -99,10 +99,7 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
 fn growth(rows: &[SweepGrowthRow]) -> Table {
     let header = std::iter::once("GROWTH: COST ~ TRIANGLES^X".to_owned()).chain(COSTS.map(str::to_uppercase));
     let mut table = style::plain(header);
-    let mut cases: Vec<(&str, &str)> = rows.iter().map(|row| (&*row.variant, &*row.stratum)).collect();
-    let mut seen = BTreeSet::new();
-    cases.retain(|case| seen.insert(*case));
-    for (variant, stratum) in cases {
+    for (variant, stratum) in distinct(rows.iter().map(|row| (&*row.variant, &*row.stratum))) {
         let exponent = |cost: &str| {
             let mut of_it = rows.iter().filter(|row| row.variant == variant && row.stratum == stratum);
             let row = of_it.find(|row| row.metric == cost);

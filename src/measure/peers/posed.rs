@@ -13,13 +13,14 @@
 //! | `truth.npy` | f8 (n) | modes `all`, `distance` and `motion` only: touching pairs of triangles; mm; time of first contact, infinite without |
 
 use super::{Mode, PeersError, Step, motions, npy};
+use crate::analysis::distinct;
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
 use crate::measure::{Plan, Progress};
 use crate::method::motion::Motion;
 use crate::record::{Band, Stratum};
-use crate::scene::{Pair, Scene};
+use crate::scene::Scene;
 use crate::truth::{PairOracle, Sought, TruthCache, judge_all};
 use crate::workload::Source;
 use nalgebra::{Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -94,14 +95,8 @@ pub fn questions(
         .into_iter()
         .filter(|chunk| chunk.participants != Participants::Control)
         .collect();
-    let mut pairs: Vec<Pair> = Vec::new();
-    for pair in &usable {
-        if !pairs.contains(&pair.pair) {
-            pairs.push(pair.pair);
-        }
-    }
     let mut found = Vec::new();
-    for pair in pairs {
+    for pair in distinct(usable.iter().map(|pair| pair.pair)) {
         let mut posed = PosedMeshes {
             pair: scene.pair_name(pair),
             a: Arc::clone(&scene.parts[pair.a].mesh),
