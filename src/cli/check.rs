@@ -605,31 +605,16 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
     })
 }
 
+/// The columns of `--csv` before those of the axes and the block.
+const CSV_COLUMNS: &str = "kind,zone_mm,a,b,first_line,first_time_s,last_line,last_time_s,least_mm,least_line,inside,to_the_end,depth_least_mm,depth_most_mm";
+
 fn as_csv(checked: &Checked<'_>) -> Result<String> {
     let Checked { scene, outcome, .. } = checked;
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut header: Vec<String> = [
-        "kind",
-        "zone_mm",
-        "a",
-        "b",
-        "first_line",
-        "first_time_s",
-        "last_line",
-        "last_time_s",
-        "least_mm",
-        "least_line",
-        "inside",
-        "to_the_end",
-        "depth_least_mm",
-        "depth_most_mm",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    let axis =
-        |axis: &Axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), if axis.is_rotary() { "deg" } else { "mm" });
-    header.extend(Axis::ALL.iter().map(axis));
-    header.push("block".to_owned());
+    let axes = Axis::ALL
+        .map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), if axis.is_rotary() { "deg" } else { "mm" }));
+    let columns = CSV_COLUMNS.split(',').map(str::to_owned);
+    let header: Vec<String> = columns.chain(axes).chain(["block".to_owned()]).collect();
     writer.write_record(&header)?;
     for event in &outcome.events {
         let zone = if let Kind::Near { zone_mm } = event.kind { zone_mm.to_string() } else { String::new() };
