@@ -409,14 +409,14 @@ fn tell(
     let terms = design.terms();
     let term_name = |factors: &[usize]| factors.iter().map(|&f| FACTORS[f]).collect::<Vec<_>>().join(":");
     for term in &terms {
-        for level in combinations(&design, levels, &term.factors) {
+        for level in combinations(&design, levels, term) {
             let Some([effect, low, high]) = numbers.next().map(|numbers| numbers.map(f64::exp)) else { return };
             let (scene, cells, response) = (name.clone(), cells.to_owned(), response.to_owned());
-            let term = term_name(&term.factors);
+            let term = term_name(term);
             outcome.effects.push(AuditEffectRow { scene, cells, response, term, level, effect, low, high });
         }
     }
-    for term in terms.iter().map(|term| term_name(&term.factors)).chain([REST.to_owned()]) {
+    for term in terms.iter().map(|term| term_name(term)).chain([REST.to_owned()]) {
         let Some([share, low, high]) =
             numbers.next().map(|[share, low, high]| [share, low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)])
         else {
