@@ -199,11 +199,6 @@ fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) ->
     Band::ALL.into_iter().map(row).filter(|row| row.poses > 0).collect()
 }
 
-/// The rows that break a promise: a safe variant that misses a contact above grazing.
-pub fn broken_promises(rows: &[VerificationRow]) -> impl Iterator<Item = &VerificationRow> {
-    rows.iter().filter(|row| row.safe == 1 && row.band.is_above_grazing() && row.missed > 0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
