@@ -1,16 +1,14 @@
 //! `audit`: what really makes a box good.
 
-use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
+use super::options::{OutputOptions, StudyOptions, truth_cache, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, merge, say, style};
 use crate::analysis::audit::{AuditOutcome, SAFE, analyze_audit};
 use crate::analysis::{ALL, distinct};
 use crate::measure::Profile;
 use crate::measure::audit::Audit;
-use crate::measure::shard::Shard;
 use crate::registry::Registry;
-use crate::truth::TruthCache;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 use comfy_table::Table;
 use serde_json::json;
@@ -36,18 +34,8 @@ pub struct Options {
     /// Triangles of a leaf: 1, 2, 4, 8; repeatable [default: all]
     #[arg(long = "leaf", value_name = "N")]
     leaves: Vec<u8>,
-    /// Time nothing
-    #[arg(long)]
-    counts_only: bool,
-    /// Carry out one shard, number I of N; its units stay in DIR for `stage merge`
-    #[arg(long, value_name = "I/N", requires = "out")]
-    shard: Option<Shard>,
-    /// Seed of all randomness
-    #[arg(long, default_value_t = DEFAULT_SEED)]
-    seed: u64,
-    /// Threads for everything but timing, which uses one [default: all cores]
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    study: StudyOptions,
     /// Folder in which exact answers are kept for the next run
     #[arg(long, value_name = "DIR", default_value = "results/.truth-cache")]
     cache: PathBuf,
@@ -59,18 +47,16 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    use_threads(options.threads)?;
+    use_threads(options.study.threads)?;
     let folder = options.out.clone().unwrap_or_else(|| format!("results/audit-{}", options.profile).into());
-    let mut plan = Audit::plan(options.profile, options.scenes.clone(), options.seed, registry)?;
-    plan.shard = options.shard;
-    let cache =
-        TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    let mut audit =
-        Audit::open(plan, &options.orientations, &options.leaves, &folder, options.fresh)?.with_cache(cache);
+    let mut plan = Audit::plan(options.profile, options.scenes.clone(), options.study.seed, registry)?;
+    plan.shard = options.study.shard;
+    let audit = Audit::open(plan, &options.orientations, &options.leaves, &folder, options.fresh)?;
+    let mut audit = audit.with_cache(truth_cache(&options.cache)?);
     let bar = Bar::new(options.output.quiet);
-    audit.run(!options.counts_only, &bar)?;
+    audit.run(!options.study.counts_only, &bar)?;
     bar.finish();
-    if let Some(shard) = options.shard {
+    if let Some(shard) = options.study.shard {
         say(merge::next_step(shard, &folder));
         return Ok(CLEAR);
     }

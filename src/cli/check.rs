@@ -8,6 +8,7 @@ mod junit;
 mod sarif;
 mod stock;
 
+use super::gcode::{by_letter, shown};
 use super::options::ClearanceOptions;
 use super::progress::Bar;
 use super::style::{self, Tone};
@@ -410,88 +411,55 @@ pub(super) fn not_examined(scene: &Scene, run: &ProgramRun, outcome: &Outcome) -
 
 /// The lines of [`not_examined`] that follow from the scene, without those from the notes on the program.
 fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
-    let as_drawn = |&part: &usize| {
-        let Part { name, turns, .. } = &scene.parts[part];
-        let why = match turns {
-            None => "`turns` of the part says what turns it",
-            Some(_) => "about which axis it turns is not known",
-        };
-        format!(
-            "not examined: what `{name}` passes as it turns; it is not round, and stands as drawn; {why} (docs/check.md, What turns)"
-        )
-    };
-    let unsure = |&part: &usize| {
-        let name = &scene.parts[part].name;
-        format!(
-            "not examined: which axis `{name}` turns about, its own or the spindle's; what only one of them would cut or meet is unresolved (`turns` of the part says which)"
-        )
-    };
-    let driven = |&part: &usize| {
-        let name = &scene.parts[part].name;
-        format!(
-            "not examined: what `{name}` cuts if it stands while the workpiece turns; it is taken as driven (`turns = \"none\"` of the part says that it stands, `\"own\"` that it is driven)"
-        )
-    };
-    let open = |&part: &usize| {
-        let name = &scene.parts[part].name;
-        format!(
-            "not examined: what lies wholly inside `{name}`, whose mesh is not watertight (`bvbench scene info` says where)"
-        )
-    };
-    let dropped = |decision: &Decision| match &decision.dropped {
-        Some(why @ (Dropped::Ignored | Dropped::Allowed)) => {
-            Some(format!("not examined: {}, {why}", scene.pair_name(decision.pair)))
-        }
-        _ => None,
-    };
-    let is_neighbours = |decision: &&Decision| matches!(decision.dropped, Some(Dropped::Neighbours { .. }));
-    let neighbours = match outcome.decisions.iter().filter(is_neighbours).count() {
-        0 => None,
-        n => Some(format!(
-            "not examined: {n} pairs of the machine's structure with one joint between them (`bvbench scene pairs`)"
-        )),
-    };
-    let uncut = |&part: &usize| {
-        let name = &scene.parts[part].name;
-        let why = stock::why_uncut(&scene.parts[part]);
-        format!(
-            "not examined: what is cut away from `{name}`, since {why}; what comes after the first cut is unresolved"
-        )
-    };
-    let whole = outcome.stays_whole.then(|| {
-        "not examined: what is cut away (`--stock-resolution none`); a rapid that begins inside the workpiece is taken for a retreat".to_owned()
-    });
-    let cutter = |&part: &usize| {
-        let name = &scene.parts[part].name;
-        format!(
-            "not examined: what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
-        )
-    };
+    let touches = outcome.touches.iter().map(|touch| stock::touch(scene, touch));
     let tools = outcome.tools_without_parts.iter().map(tool_without_part);
-    let given_up = |remaining: &check::Remaining| {
-        let (name, line) = (&scene.parts[remaining.part].name, remaining.given_up?);
-        Some(format!(
-            "not examined: contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"
-        ))
-    };
-    let parted = outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| {
-        let name = &scene.parts[remaining.part].name;
-        format!(
-            "not examined: where the pieces go into which the program parts `{name}`; all are taken to stay where they are cut"
-        )
+    let others = stock::not_examined(scene, outcome).into_iter().chain(not_examined_of_parts(scene, outcome));
+    let dropped = outcome.decisions.iter().filter_map(|decision| match &decision.dropped {
+        Some(why @ (Dropped::Ignored | Dropped::Allowed)) => Some(format!("{}, {why}", scene.pair_name(decision.pair))),
+        _ => None,
     });
-    let tools = outcome.touches.iter().map(|touch| stock::touch(scene, touch)).chain(tools);
-    let tools = tools
-        .chain(outcome.uncut.iter().map(uncut))
-        .chain(whole)
-        .chain(outcome.remaining.iter().filter_map(given_up))
-        .chain(parted)
-        .chain(outcome.open_cutters.iter().map(cutter))
-        .chain(outcome.as_drawn.iter().map(as_drawn))
-        .chain(outcome.unsure.iter().map(unsure))
-        .chain(outcome.driven.iter().map(driven));
-    let pairs = outcome.decisions.iter().filter_map(dropped).chain(neighbours);
-    tools.chain(outcome.open_parts.iter().map(open)).chain(pairs).collect()
+    let is_neighbours = |decision: &&Decision| matches!(decision.dropped, Some(Dropped::Neighbours { .. }));
+    let neighbours = outcome.decisions.iter().filter(is_neighbours).count();
+    let neighbours = (neighbours > 0).then(|| {
+        format!("{neighbours} pairs of the machine's structure with one joint between them (`bvbench scene pairs`)")
+    });
+    let others = others.chain(dropped).chain(neighbours).map(|what| format!("not examined: {what}"));
+    touches.chain(tools).chain(others).collect()
+}
+
+/// What is not known of parts that are open or turn.
+fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+    let of_parts: [(&[usize], fn(&str, &Part) -> String); 5] = [
+        (&outcome.open_cutters, |name, _| {
+            format!(
+                "what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
+            )
+        }),
+        (&outcome.as_drawn, |name, part| {
+            let why = match part.turns {
+                None => "`turns` of the part says what turns it",
+                Some(_) => "about which axis it turns is not known",
+            };
+            format!(
+                "what `{name}` passes as it turns; it is not round, and stands as drawn; {why} (docs/check.md, What turns)"
+            )
+        }),
+        (&outcome.unsure, |name, _| {
+            format!(
+                "which axis `{name}` turns about, its own or the spindle's; what only one of them would cut or meet is unresolved (`turns` of the part says which)"
+            )
+        }),
+        (&outcome.driven, |name, _| {
+            format!(
+                "what `{name}` cuts if it stands while the workpiece turns; it is taken as driven (`turns = \"none\"` of the part says that it stands, `\"own\"` that it is driven)"
+            )
+        }),
+        (&outcome.open_parts, |name, _| {
+            format!("what lies wholly inside `{name}`, whose mesh is not watertight (`bvbench scene info` says where)")
+        }),
+    ];
+    let told = |part: usize, tell: fn(&str, &Part) -> String| tell(&scene.parts[part].name, &scene.parts[part]);
+    of_parts.iter().flat_map(|(parts, tell)| parts.iter().map(move |&part| told(part, *tell))).collect()
 }
 
 /// What happens at a line, in its tone.
@@ -588,20 +556,12 @@ fn clock(seconds: f64) -> String {
 
 /// Axes that the position has moved, mm and degrees.
 fn axes(extent: &Extent) -> String {
-    let shown = Axis::ALL.into_iter().filter(|&axis| extent.position[axis] != 0.0 || axis as usize <= Axis::Z as usize);
-    let value = |axis: Axis| {
-        let value = extent.position[axis];
-        if axis.is_rotary() { value.to_degrees() } else { value }
-    };
-    shown.map(|axis| format!("{}{:.3}", axis.letter(), value(axis))).collect::<Vec<_>>().join(" ")
+    let told = Axis::ALL.into_iter().filter(|&axis| extent.position[axis] != 0.0 || axis as usize <= Axis::Z as usize);
+    told.map(|axis| format!("{}{:.3}", axis.letter(), shown(&extent.position, axis))).collect::<Vec<_>>().join(" ")
 }
 
 fn extent_json(extent: &Extent) -> Value {
-    let degrees =
-        |axis: Axis| if axis.is_rotary() { extent.position[axis].to_degrees() } else { extent.position[axis] };
-    let position: serde_json::Map<String, Value> =
-        Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": position })
+    json!({ "line": extent.line, "fraction": extent.fraction, "time_s": extent.time_s, "rapid": extent.rapid, "position": by_letter(|axis| shown(&extent.position, axis)) })
 }
 
 fn over_travel_json(over: &OverTravel) -> Value {
@@ -615,6 +575,7 @@ fn over_travel_json(over: &OverTravel) -> Value {
 
 fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome, times: &Times) -> Value {
     let name = |part: usize| scene.parts[part].name.clone();
+    let names = |parts: &[usize]| parts.iter().map(|&part| name(part)).collect::<Vec<_>>();
     let events = outcome.events.iter().map(|event| {
         let zone = if let Kind::Near { zone_mm } = event.kind { Some(zone_mm) } else { None };
         json!({
@@ -633,10 +594,10 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "poses_per_s": times.poses_per_s(outcome),
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
-        "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
-        "parts_unsure": outcome.unsure.iter().map(|&part| name(part)).collect::<Vec<_>>(), "cutters_taken_as_driven": outcome.driven.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "open_parts": names(&outcome.open_parts),
+        "parts_unsure": names(&outcome.unsure), "cutters_taken_as_driven": names(&outcome.driven),
         "parted_workpieces": outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| name(remaining.part)).collect::<Vec<_>>(),
-        "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "parts_as_drawn": names(&outcome.as_drawn),
         "pairs_not_examined": outcome.decisions.iter().filter_map(|decision| {
             let why = decision.dropped.as_ref()?.to_string();
             Some(json!({ "pair": [name(decision.pair.a), name(decision.pair.b)], "why": why }))
@@ -644,31 +605,16 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
     })
 }
 
+/// The columns of `--csv` before those of the axes and the block.
+const CSV_COLUMNS: &str = "kind,zone_mm,a,b,first_line,first_time_s,last_line,last_time_s,least_mm,least_line,inside,to_the_end,depth_least_mm,depth_most_mm";
+
 fn as_csv(checked: &Checked<'_>) -> Result<String> {
     let Checked { scene, outcome, .. } = checked;
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut header: Vec<String> = [
-        "kind",
-        "zone_mm",
-        "a",
-        "b",
-        "first_line",
-        "first_time_s",
-        "last_line",
-        "last_time_s",
-        "least_mm",
-        "least_line",
-        "inside",
-        "to_the_end",
-        "depth_least_mm",
-        "depth_most_mm",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    let axis =
-        |axis: &Axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), if axis.is_rotary() { "deg" } else { "mm" });
-    header.extend(Axis::ALL.iter().map(axis));
-    header.push("block".to_owned());
+    let axes = Axis::ALL
+        .map(|axis| format!("{}_{}", axis.letter().to_ascii_lowercase(), if axis.is_rotary() { "deg" } else { "mm" }));
+    let columns = CSV_COLUMNS.split(',').map(str::to_owned);
+    let header: Vec<String> = columns.chain(axes).chain(["block".to_owned()]).collect();
     writer.write_record(&header)?;
     for event in &outcome.events {
         let zone = if let Kind::Near { zone_mm } = event.kind { zone_mm.to_string() } else { String::new() };
@@ -687,9 +633,7 @@ fn as_csv(checked: &Checked<'_>) -> Result<String> {
             event.to_the_end.to_string(),
         ];
         row.extend([0, 1].map(|end| event.depth_mm.map_or(String::new(), |depth| depth[end].to_string())));
-        let position = &event.first.position;
-        let value = |&axis: &Axis| if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
-        row.extend(Axis::ALL.iter().map(|axis| value(axis).to_string()));
+        row.extend(Axis::ALL.map(|axis| shown(&event.first.position, axis).to_string()));
         row.push(event.block.clone());
         writer.write_record(&row)?;
     }

@@ -5,7 +5,6 @@ use crate::plot::marks::wrap;
 use crate::report::{
     Contents, PREVIEW, RankedRow, answer, capital, is_preview, noise_in_short, quantity, ranked_rows, sentence_rows,
 };
-use comfy_table::Table;
 
 /// Columns that everything here fits.
 const COLUMNS: usize = 80;
@@ -60,7 +59,7 @@ fn ranking(contents: &Contents) -> String {
     let note = "Places are by the geometric mean over the scenes; - is no volume on the common tree.";
     let [what, note] =
         [&format!("{what} relative to the {baseline}:"), note].map(|text| wrap(text, COLUMNS).join("\n"));
-    format!("{what}\n{}\n{note}", lines(&table))
+    format!("{what}\n{}\n{note}", table.trim_fmt())
 }
 
 /// Mean, least and most of a row's ratios.
@@ -97,7 +96,7 @@ fn verdicts(contents: &Contents) -> String {
         String::new()
     };
     let missed = "MISSED: contacts missed by what is proposed / by what it is compared with.";
-    format!("{}\n{}\n{missed}{rest}", about.join("\n"), lines(&table))
+    format!("{}\n{}\n{missed}{rest}", about.join("\n"), table.trim_fmt())
 }
 
 fn noise(contents: &Contents) -> String {
@@ -108,11 +107,6 @@ fn noise(contents: &Contents) -> String {
 
 fn preview(contents: &Contents) -> String {
     if is_preview(&contents.manifest) { wrap(&PREVIEW.replace('`', ""), COLUMNS).join("\n") } else { String::new() }
-}
-
-/// A table's lines without the blanks at their ends.
-fn lines(table: &Table) -> String {
-    table.trim_fmt()
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
 use rs274::{
-    Axis, CodeName, Dialect, Move, MoveKind, Program, Setup, Tool, Units, canonical, read_parameter_file,
+    Axis, CodeName, Dialect, Move, MoveKind, Position, Program, Setup, Tool, Units, canonical, read_parameter_file,
     read_tool_table,
 };
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -134,12 +134,19 @@ pub fn run(options: &Options) -> Result<u8> {
     Ok(CLEAR)
 }
 
+/// The place of an axis as files and people have it: in mm, or degrees of a rotary axis.
+pub(super) fn shown(position: &Position, axis: Axis) -> f64 {
+    if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] }
+}
+
+/// A value of each axis, by its letter.
+pub(super) fn by_letter(value: impl Fn(Axis) -> f64) -> Map<String, Value> {
+    Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(value(axis)))).collect()
+}
+
 /// A move as JSON: mm and degrees.
 fn as_json(step: &Move) -> Value {
-    let degrees = |axis: Axis| if axis.is_rotary() { step.end[axis].to_degrees() } else { step.end[axis] };
-    let end: serde_json::Map<String, Value> =
-        Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(degrees(axis)))).collect();
-    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": end, "feed_mm_min": step.feed_mm_min, "spindle_rpm": step.spindle_rpm, "tip_mm": step.tip_mm });
+    let mut value = json!({ "line": step.line, "kind": step.kind.name(), "end": by_letter(|axis| shown(&step.end, axis)), "feed_mm_min": step.feed_mm_min, "spindle_rpm": step.spindle_rpm, "tip_mm": step.tip_mm });
     match step.kind {
         MoveKind::Arc { plane, centre, sweep } => {
             let axes: String = plane.axes()[..2].iter().map(|axis| axis.letter()).collect();

@@ -1,12 +1,12 @@
 //! A timing launch: the parent starts this program again, the child times and tells on standard output how far it is. The child ends
 //! when its standard input does, so that it does not outlive a parent that was killed, and nothing else is timed beside the run that takes its place.
 
+use super::options::truth_cache;
 use super::{CLEAR, FAILED, say};
 use crate::measure::binaries::binary_of;
 use crate::measure::{Plan, Progress, Run};
 use crate::record::Manifest;
 use crate::registry::Registry;
-use crate::truth::TruthCache;
 use anyhow::{Context, Result};
 use clap::Args;
 use std::io::{BufRead, BufReader};
@@ -30,9 +30,7 @@ pub struct Options {
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     end_with_parent();
     let plan = Plan::of_request(Manifest::read(&options.out)?.request, registry)?;
-    let cache =
-        TruthCache::at(&options.cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    let run = Run::join_parent(plan, &options.out)?.with_cache(cache);
+    let run = Run::join_parent(plan, &options.out)?.with_cache(truth_cache(&options.cache)?);
     run.check_binary(options.number)?;
     run.time_launch(options.number, &ToParent)?;
     Ok(CLEAR)

@@ -99,6 +99,23 @@ pub struct OutputOptions {
     pub quiet: bool,
 }
 
+/// How a study is carried out.
+#[derive(Args, Clone, Copy)]
+pub struct StudyOptions {
+    /// Time nothing
+    #[arg(long)]
+    pub counts_only: bool,
+    /// Carry out one shard, number I of N; its units stay in DIR for `stage merge`
+    #[arg(long, value_name = "I/N", requires = "out")]
+    pub shard: Option<Shard>,
+    /// Seed of all randomness
+    #[arg(long, default_value_t = DEFAULT_SEED)]
+    pub seed: u64,
+    /// Threads for everything but timing, which uses one [default: all cores]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+}
+
 /// Which finished run.
 #[derive(Args, Clone)]
 pub struct FolderOptions {
@@ -229,8 +246,12 @@ impl Extent {
 /// When one of the folders cannot be used.
 pub fn open_run(plan: Plan, folder: &Path, cache: &Path, fresh: bool) -> Result<Run> {
     let run = Run::open(plan, folder, fresh)?;
-    let cache = TruthCache::at(cache).context("exact answers cannot be kept; name another folder with --cache")?;
-    Ok(run.with_cache(cache))
+    Ok(run.with_cache(truth_cache(cache)?))
+}
+
+/// Opens the folder in which exact answers are kept.
+pub fn truth_cache(folder: &Path) -> Result<TruthCache> {
+    TruthCache::at(folder).context("exact answers cannot be kept; name another folder with --cache")
 }
 
 /// Most threads per core of the machine, and most on machines of few cores: more only wait for one another, for minutes.

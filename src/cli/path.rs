@@ -79,6 +79,33 @@ fn placed(text: &str) -> Result<(f64, f64), String> {
     Ok((part.ok_or("what follows the @ must be from 0 to 1")?, value))
 }
 
+impl Options {
+    fn plan(&self) -> PathPlan {
+        PathPlan {
+            pattern: match self.pattern {
+                PatternName::ZigZag => Pattern::ZigZag,
+                PatternName::Spiral => Pattern::Spiral,
+            },
+            rows: self.rows,
+            step_mm: self.step,
+            margin: self.margin,
+            lead: self.lead.to_radians(),
+            tilt: self.tilt.to_radians(),
+        }
+    }
+}
+
+/// Says on which lines of the program a flaw is.
+fn tell(flaw: Flaw, lines: &[u32]) {
+    let (first, last) = (lines.first().copied().unwrap_or(0), lines.last().copied().unwrap_or(0));
+    match flaw {
+        Flaw::Gouge { depth_mm } => note(format!("gouge of {depth_mm} mm on line {first}")),
+        Flaw::Lean { angle } => {
+            note(format!("lean by {:.1} degrees on lines {first} to {last}", angle.to_degrees()));
+        }
+    }
+}
+
 /// Distance from the surface at which the way in begins, mm.
 const RETRACT_MM: f64 = 10.0;
 
@@ -101,17 +128,7 @@ pub fn run(options: &Options) -> Result<()> {
         bail!("the cutter of tool {tool} has a radius of {radius_mm} mm and a corner of {corner_mm} mm");
     }
     check_numbers(options)?;
-    let plan = PathPlan {
-        pattern: match options.pattern {
-            PatternName::ZigZag => Pattern::ZigZag,
-            PatternName::Spiral => Pattern::Spiral,
-        },
-        rows: options.rows,
-        step_mm: options.step,
-        margin: options.margin,
-        lead: options.lead.to_radians(),
-        tilt: options.tilt.to_radians(),
-    };
+    let plan = options.plan();
     let gouges = options.gouges.iter().map(|&(part, depth_mm)| (part, Flaw::Gouge { depth_mm }));
     let leans = options.leans.iter().map(|&(part, degrees)| (part, Flaw::Lean { angle: degrees.to_radians() }));
     let flaws: Vec<(f64, Flaw)> = gouges.chain(leans).collect();
@@ -137,16 +154,9 @@ pub fn run(options: &Options) -> Result<()> {
     };
     let written = writer.write(&planned)?;
     for &(part, flaw) in &flaws {
-        let index = (part * (contacts.len() - 1) as f64).round() as usize;
-        let lines = planned.iter().zip(&written.lines).filter(|(stop, _)| stop.contact.point == contacts[index].point);
-        let lines: Vec<u32> = lines.map(|(_, line)| *line).collect();
-        let (first, last) = (lines.first().copied().unwrap_or(0), lines.last().copied().unwrap_or(0));
-        match flaw {
-            Flaw::Gouge { depth_mm } => note(format!("gouge of {depth_mm} mm on line {first}")),
-            Flaw::Lean { angle } => {
-                note(format!("lean by {:.1} degrees on lines {first} to {last}", angle.to_degrees()));
-            }
-        }
+        let at = contacts[(part * (contacts.len() - 1) as f64).round() as usize].point;
+        let lines = planned.iter().zip(&written.lines).filter(|(stop, _)| stop.contact.point == at);
+        tell(flaw, &lines.map(|(_, line)| *line).collect::<Vec<u32>>());
     }
     match &options.out {
         Some(path) => write_text(path, &written.text)?,

@@ -1,6 +1,6 @@
 //! `peers`: whole engines side by side, ours and others, each in a process of its own.
 
-use super::options::use_threads;
+use super::options::{truth_cache, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, FAILED, note, say, style};
 use crate::analysis::peers::summarise;
@@ -217,7 +217,7 @@ impl PoseOptions {
 
     fn cache(&self) -> Result<TruthCache> {
         let folder = self.cache.clone().unwrap_or_else(|| self.out.join(".truth-cache"));
-        TruthCache::at(&folder).context("exact answers cannot be kept; name another folder with --cache")
+        truth_cache(&folder)
     }
 }
 

@@ -17,7 +17,7 @@ use crate::view::glb;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand, ValueEnum};
 use comfy_table::{ContentArrangement, Table};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -130,40 +130,48 @@ pub(super) fn write_folder(folder: &Path, mut files: BTreeMap<String, Vec<u8>>) 
     Ok(others.into_iter().chain(scene).try_for_each(|(name, bytes)| write_bytes(&folder.join(name), bytes))?)
 }
 
-fn info(scene: &Scene, as_json: bool) -> Result<()> {
-    let link_name = |link: Option<usize>| link.map_or("world", |link| scene.machine.links()[link].name.as_str());
-    // To the digits a scene file has.
-    let limits =
-        |joint: &Joint, value: f64| ((if joint.turns() { value.to_degrees() } else { value }) * 1e9).round() / 1e9;
+fn link_name(scene: &Scene, link: Option<usize>) -> &str {
+    link.map_or("world", |link| &scene.machine.links()[link].name)
+}
+
+/// A limit of a joint in mm or degrees, to the digits a scene file has.
+fn limit(joint: &Joint, value: f64) -> f64 {
+    ((if joint.turns() { value.to_degrees() } else { value }) * 1e9).round() / 1e9
+}
+
+fn info_json(scene: &Scene) -> Value {
     let poses = scene.poses_at_start();
+    let links = scene.machine.links().iter().map(|link| {
+        let joint = link.joint.as_ref().map(|joint| {
+            let kind = if joint.turns() { "rotary" } else { "prismatic" };
+            let bound = |value: f64| value.is_finite().then(|| limit(joint, value));
+            json!({ "axis": joint.axis.letter().to_string(), "kind": kind, "min": bound(joint.limits.min), "max": bound(joint.limits.max) })
+        });
+        json!({ "name": link.name, "parent": link.parent, "joint": joint })
+    });
+    let parts = scene.parts.iter().enumerate().map(|(index, part)| {
+        let Extents { low, high } = scene.extents(index, &poses);
+        let surface = part.mesh.surface_report();
+        json!({
+            "name": part.name, "link": link_name(scene, part.link), "role": part.role.name(), "tool": part.tool,
+            "turns": part.turns.map(Turns::name), "triangles": part.mesh.faces().len(),
+            "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
+            "low_mm": low.coords.as_slice(), "high_mm": high.coords.as_slice(),
+            "surface": surfaces::json(scene, &part.name, &surface),
+        })
+    });
+    let program = scene.program.as_ref().map(
+        |run| json!({ "file": run.file.to_string_lossy(), "lines": run.program.blocks.len(), "moves": run.program.moves.len() }),
+    );
+    json!({
+        "name": scene.name, "title": scene.title, "links": links.collect::<Vec<_>>(), "parts": parts.collect::<Vec<_>>(),
+        "program": program, "inputs": scene.inputs, "warnings": scene.mesh_warnings(),
+    })
+}
+
+fn info(scene: &Scene, as_json: bool) -> Result<()> {
     if as_json {
-        let links = scene.machine.links().iter().map(|link| {
-            let joint = link.joint.as_ref().map(|joint| {
-                let kind = if joint.turns() { "rotary" } else { "prismatic" };
-                let bound = |value: f64| value.is_finite().then(|| limits(joint, value));
-                json!({ "axis": joint.axis.letter().to_string(), "kind": kind, "min": bound(joint.limits.min), "max": bound(joint.limits.max) })
-            });
-            json!({ "name": link.name, "parent": link.parent, "joint": joint })
-        });
-        let parts = scene.parts.iter().enumerate().map(|(index, part)| {
-            let Extents { low, high } = scene.extents(index, &poses);
-            let surface = part.mesh.surface_report();
-            json!({
-                "name": part.name, "link": link_name(part.link), "role": part.role.name(), "tool": part.tool,
-                "turns": part.turns.map(Turns::name), "triangles": part.mesh.faces().len(),
-                "vertices": part.mesh.vertices().len(), "watertight": surface.leaking == 0,
-                "low_mm": low.coords.as_slice(), "high_mm": high.coords.as_slice(),
-                "surface": surfaces::json(scene, &part.name, &surface),
-            })
-        });
-        let program = scene.program.as_ref().map(
-            |run| json!({ "file": run.file.to_string_lossy(), "lines": run.program.blocks.len(), "moves": run.program.moves.len() }),
-        );
-        let value = json!({
-            "name": scene.name, "title": scene.title, "links": links.collect::<Vec<_>>(), "parts": parts.collect::<Vec<_>>(),
-            "program": program, "inputs": scene.inputs, "warnings": scene.mesh_warnings(),
-        });
-        say(serde_json::to_string_pretty(&value)?);
+        say(serde_json::to_string_pretty(&info_json(scene))?);
         return Ok(());
     }
     say(format!("{}: {}\n", scene.name, scene.title));
@@ -172,7 +180,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
         for link in scene.machine.links() {
             let (axis, moves, range) = link.joint.as_ref().map_or_else(Default::default, |joint| {
                 let (moves, unit) = if joint.turns() { ("turns", "degrees") } else { ("slides", "mm") };
-                let [min, max] = [joint.limits.min, joint.limits.max].map(|value| limits(joint, value));
+                let [min, max] = [joint.limits.min, joint.limits.max].map(|value| limit(joint, value));
                 let range = if min.is_finite() || max.is_finite() {
                     format!("{min} to {max} {unit}")
                 } else {
@@ -188,7 +196,7 @@ fn info(scene: &Scene, as_json: bool) -> Result<()> {
     for part in &scene.parts {
         let (tool, triangles) = (part.tool.map(|tool| tool.to_string()), part.mesh.faces().len().to_string());
         let turns = part.turns.map(|turns| format!(", turns = {}", turns.name())).unwrap_or_default();
-        let (link, role) = (link_name(part.link), format!("{}{turns}", part.role.name()));
+        let (link, role) = (link_name(scene, part.link), format!("{}{turns}", part.role.name()));
         parts.add_row([&part.name, link, &role, tool.as_deref().unwrap_or("-"), &triangles]);
     }
     say(format!("{}\n", parts.trim_fmt()));

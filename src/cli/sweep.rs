@@ -1,13 +1,13 @@
 //! `sweep`: one quantity varied, everything else held.
 
-use super::options::{DEFAULT_SEED, OutputOptions, use_threads};
+use super::options::{OutputOptions, StudyOptions, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, merge, say, style};
+use crate::analysis::distinct;
 use crate::analysis::growth::COSTS;
 use crate::analysis::summary::ALL;
 use crate::analysis::sweep::analyze_sweep;
 use crate::measure::Profile;
-use crate::measure::shard::Shard;
 use crate::measure::sweep::{Asked, SWEEPS, Sweep, SweepRun};
 use crate::record::{SweepGrowthRow, has_rows, read_rows};
 use crate::registry::Registry;
@@ -15,7 +15,6 @@ use anyhow::Result;
 use clap::Args;
 use comfy_table::Table;
 use serde_json::json;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -37,18 +36,8 @@ pub struct Options {
     /// Highest tessellation density in the sweep of the size; 10 makes a million triangles [default: 0.5, 2 or 16, by the profile]
     #[arg(long, value_name = "X")]
     density: Option<f64>,
-    /// Time nothing
-    #[arg(long)]
-    counts_only: bool,
-    /// Carry out one shard, number I of N; its units stay in DIR for `stage merge`
-    #[arg(long, value_name = "I/N", requires = "out")]
-    shard: Option<Shard>,
-    /// Seed of all randomness
-    #[arg(long, default_value_t = DEFAULT_SEED)]
-    seed: u64,
-    /// Threads for everything but timing, which uses one [default: all cores]
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[command(flatten)]
+    study: StudyOptions,
     /// Replace a sweep of another request that is in the folder
     #[arg(long)]
     fresh: bool,
@@ -57,7 +46,7 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
-    use_threads(options.threads)?;
+    use_threads(options.study.threads)?;
     let out = options.out.clone().unwrap_or_else(|| format!("results/sweeps-{}", options.profile).into());
     let Some(name) = &options.name else {
         say(list(options.output.json)?);
@@ -68,7 +57,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
     for sweep in sweeps {
         let folder = out.join(sweep.name);
         let figures = carry_out(sweep, options, registry, &folder)?;
-        if let Some(shard) = options.shard {
+        if let Some(shard) = options.study.shard {
             say(merge::next_step(shard, &folder));
         } else if !options.output.json {
             say(format!("{:9} {}", sweep.name, folder.join("sweep_summary.csv").display()));
@@ -80,7 +69,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         let figures: Vec<_> = figures.iter().map(|figure| figure.to_string_lossy()).collect();
         done.push(json!({ "sweep": sweep.name, "out": folder.to_string_lossy(), "figures": figures }));
     }
-    if options.output.json && options.shard.is_none() {
+    if options.output.json && options.study.shard.is_none() {
         say(serde_json::to_string_pretty(&done)?);
     }
     Ok(CLEAR)
@@ -91,14 +80,14 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
     let asked = Asked {
         profile: options.profile,
         variants: options.variants.clone(),
-        seed: options.seed,
+        seed: options.study.seed,
         density: options.density,
-        shard: options.shard,
+        shard: options.study.shard,
     };
     let mut run = SweepRun::open(sweep, &asked, registry, folder, options.fresh)?;
-    run.run(!options.counts_only, &bar)?;
+    run.run(!options.study.counts_only, &bar)?;
     bar.finish();
-    if options.shard.is_some() {
+    if options.study.shard.is_some() {
         return Ok(Vec::new());
     }
     analyze_sweep(folder)?;
@@ -110,10 +99,7 @@ fn carry_out(sweep: Sweep, options: &Options, registry: &Registry, folder: &Path
 fn growth(rows: &[SweepGrowthRow]) -> Table {
     let header = std::iter::once("GROWTH: COST ~ TRIANGLES^X".to_owned()).chain(COSTS.map(str::to_uppercase));
     let mut table = style::plain(header);
-    let mut cases: Vec<(&str, &str)> = rows.iter().map(|row| (&*row.variant, &*row.stratum)).collect();
-    let mut seen = BTreeSet::new();
-    cases.retain(|case| seen.insert(*case));
-    for (variant, stratum) in cases {
+    for (variant, stratum) in distinct(rows.iter().map(|row| (&*row.variant, &*row.stratum))) {
         let exponent = |cost: &str| {
             let mut of_it = rows.iter().filter(|row| row.variant == variant && row.stratum == stratum);
             let row = of_it.find(|row| row.metric == cost);

@@ -11,6 +11,7 @@ use super::judged::{JudgedPair, JudgedPose};
 use super::plan::{Case, Plan};
 use crate::geometry::Isometry;
 use crate::method::{Kind, Model};
+use crate::record::rows::CaseKey;
 use crate::record::{Band, LineRow, MissRow, RecordError, VerificationRow, write_rows};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -165,7 +166,7 @@ fn answer(a: &dyn Model, b: &dyn Model, batch: &mut [Answered], asked: bool) {
 
 /// One row per band that has poses.
 fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) -> Vec<VerificationRow> {
-    let (split, axes, leaf) = case.policy_columns();
+    let CaseKey { variant, split, split_axes, leaf } = case.key();
     let row = |band| {
         let members: Vec<&Answered> = answers.iter().filter(|answer| answer.pose.band == band).collect();
         let count = |condition: fn(&JudgedPose, bool) -> bool| {
@@ -175,9 +176,9 @@ fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) ->
             scene: scene.name.clone(),
             workload: pair.workload.clone(),
             pair: scene.pair_name(pair.pair),
-            variant: case.id.clone(),
+            variant: variant.clone(),
             split: split.clone(),
-            split_axes: axes.clone(),
+            split_axes: split_axes.clone(),
             leaf,
             safe: u8::from(case.variant.info.safe),
             band,
@@ -196,11 +197,6 @@ fn tally(case: &Case, scene: &Scene, pair: &JudgedPair, answers: &[Answered]) ->
         }
     };
     Band::ALL.into_iter().map(row).filter(|row| row.poses > 0).collect()
-}
-
-/// The rows that break a promise: a safe variant that misses a contact above grazing.
-pub fn broken_promises(rows: &[VerificationRow]) -> impl Iterator<Item = &VerificationRow> {
-    rows.iter().filter(|row| row.safe == 1 && row.band.is_above_grazing() && row.missed > 0)
 }
 
 #[cfg(test)]

@@ -146,18 +146,9 @@ fn seed_of(path: &Path) -> Option<u64> {
 
 fn entry(path: &Path) -> Result<BinaryEntry, BinaryError> {
     let error = |cause| BinaryError::Read { path: path.to_owned(), cause };
-    let mut file = std::fs::File::open(path).map_err(error)?;
-    let mut hasher = blake3::Hasher::new();
-    let mut block = vec![0; 1 << 20];
-    loop {
-        let count = file.read(&mut block).map_err(error)?;
-        if count == 0 {
-            break;
-        }
-        hasher.update(&block[..count]);
-    }
+    let hash = blake3::hash(&std::fs::read(path).map_err(error)?).to_hex().to_string();
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    Ok(BinaryEntry { file, hash: hasher.finalize().to_hex().to_string(), seed: seed_of(path) })
+    Ok(BinaryEntry { file, hash, seed: seed_of(path) })
 }
 
 /// What a binary says it was built from.

@@ -3,6 +3,7 @@
 
 use super::binaries::binary_of;
 use super::plan::{Case, Plan};
+use super::study::build_row;
 use super::{Progress, timer};
 use crate::method::{Kind, Model};
 use crate::record::BuildRow;
@@ -32,20 +33,9 @@ pub fn time_builds(plan: &Plan, scene: &Scene, launch: u32, progress: &dyn Progr
             built.remove(&(place, part));
             let (ns, model) = timer::time(|| case.variant.prepare(mesh, case.policy));
             built.insert((place, part), model);
-            let (split, axes, leaf) = case.policy_columns();
-            rows.push(BuildRow {
-                scene: scene.name.clone(),
-                part: scene.parts[part].name.clone(),
-                variant: case.id.clone(),
-                split,
-                split_axes: axes,
-                leaf,
-                triangles: mesh.faces().len() as u64,
-                binary: binary_of(launch, plan.budget.binaries),
-                launch,
-                block,
-                ns,
-            });
+            let binary = binary_of(launch, plan.budget.binaries);
+            let of_part = (scene.parts[part].name.clone(), mesh.faces().len() as u64);
+            rows.push(BuildRow { binary, ..build_row((&scene.name, launch), case.key(), of_part, block, ns) });
             progress.advance(1);
         }
     }

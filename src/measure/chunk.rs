@@ -7,8 +7,9 @@
 //! its own shares another's: the mean is that of all its poses, so that no stratum may be left out.
 
 use super::judged::JudgedPair;
+use crate::analysis::grouped;
 use crate::record::{RECORDED, Stratum};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// Most poses in a chunk of a run. Intervals come from how chunks differ, so that of the few hundred poses of a quick run many short ones
 /// say more than few long ones; still a run over one of them is long against a call and what it finds cold.
@@ -116,11 +117,8 @@ struct Supply {
 
 impl Supply {
     fn new(pair: &JudgedPair, stratum: Stratum, quota: usize) -> Self {
-        let mut lines: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for pose in pair.poses_in(stratum) {
-            lines.entry(pair.poses[pose].line).or_default().push(pose);
-        }
-        let mut lines: Vec<_> = lines.into_iter().collect();
+        let of_stratum = pair.poses_in(stratum).into_iter();
+        let mut lines: Vec<_> = grouped(of_stratum.map(|pose| (pair.poses[pose].line, pose))).into_iter().collect();
         // Multiples of the golden ratio modulo 1 divide the lines evenly, however many are taken.
         let place = |line: u32| (f64::from(line) * 0.618_033_988_749_895).fract();
         lines.sort_by(|a, b| place(a.0).total_cmp(&place(b.0)));

@@ -6,13 +6,10 @@
 
 use super::MeasureError;
 use super::environment;
-use crate::record::file::{compressed, located};
+use crate::record::file::{compressed, located, remove};
 use crate::record::manifest::{PROTOCOL, Program, Request, SCHEMA, Stage, VariantEntry};
 use crate::record::{
-    AnswerRow, AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CaseRow, ClaimRow, CostChunkRow, CostRow,
-    CountRow, DeadlineRow, ExitRow, FactorRow, FolderLock, LineRow, Manifest, MissRow, OutlineRow, PoseRow,
-    ProgramTimeRow, RatioRow, RecordError, RepayRow, Row, SingleRow, SummaryRow, SweepGrowthRow, SweepSummaryRow,
-    TightnessRow, TimingRow, TreeRow, VarianceRow, VerificationRow, read_rows, read_rows_if_there, write_rows,
+    self, BuildRow, FolderLock, Manifest, RecordError, Row, TimingRow, read_rows, read_rows_if_there, rows, write_rows,
     write_rows_compressed,
 };
 use std::collections::BTreeSet;
@@ -22,29 +19,19 @@ use std::path::{Path, PathBuf};
 /// Folder of the units inside a study's folder.
 const UNITS: &str = "units";
 
-/// What a study leaves in its folder beside the manifest, the units and [`DERIVED`]; of older layouts too, so that `--fresh` leaves nothing
-/// behind.
-const FILES: [&str; 33] = [
-    CaseRow::FILE,
-    FactorRow::FILE,
-    PoseRow::FILE,
-    AnswerRow::FILE,
-    CountRow::FILE,
-    LineRow::FILE,
-    MissRow::FILE,
-    VerificationRow::FILE,
-    TreeRow::FILE,
-    TightnessRow::FILE,
-    ExitRow::FILE,
-    OutlineRow::FILE,
-    BuildRow::FILE,
-    TimingRow::FILE,
-    SingleRow::FILE,
-    AuditCellRow::FILE,
-    AuditEffectRow::FILE,
-    AuditShareRow::FILE,
-    SweepSummaryRow::FILE,
-    SweepGrowthRow::FILE,
+/// What a study leaves in its folder beside the manifest, the units and [`DERIVED`].
+const FILES: [&[&str]; 6] = [
+    rows::MEASURED,
+    &[TimingRow::FILE, BuildRow::FILE],
+    record::study::FILES,
+    record::audit::FILES,
+    record::sweep::FILES,
+    &OTHER_FILES,
+];
+
+/// The report of an audit, and tables of older layouts, so that `--fresh` leaves nothing behind.
+const OTHER_FILES: [&str; 13] = [
+    "audit.md",
     "audit.csv",
     "audit_trees.csv",
     "audit_axes.csv",
@@ -57,25 +44,11 @@ const FILES: [&str; 33] = [
     "ablation_kinds.csv",
     "ablation_times.csv",
     "queries.csv",
-    "audit.md",
 ];
 
 /// What analysis, plots and report make of the raw rows of a run.
-const DERIVED: [&str; 13] = [
-    VarianceRow::FILE,
-    SummaryRow::FILE,
-    ProgramTimeRow::FILE,
-    RatioRow::FILE,
-    ClaimRow::FILE,
-    CostRow::FILE,
-    CostChunkRow::FILE,
-    DeadlineRow::FILE,
-    RepayRow::FILE,
-    "claims.toml",
-    "report.md",
-    "report.html",
-    "plots",
-];
+const DERIVED: [&[&str]; 3] =
+    [rows::DERIVED, record::cost::FILES, &["claims.toml", "report.md", "report.html", "plots"]];
 
 /// A study's folder.
 #[derive(Debug)]
@@ -149,7 +122,7 @@ impl Folder {
             None if !left.ours => new,
             Some(Ok((None, old))) => old,
             _ if fresh => {
-                FILES.iter().chain(&DERIVED).chain(&[UNITS]).try_for_each(|name| {
+                FILES.iter().chain(&DERIVED).copied().flatten().chain(&[UNITS]).try_for_each(|name| {
                     remove(&path.join(name))?;
                     remove(&path.join(compressed(name)))
                 })?;
@@ -259,7 +232,7 @@ impl Folder {
             self.manifest.machine = environment::machine();
         }
         self.save()?;
-        DERIVED.iter().try_for_each(|file| remove(&located(&self.path, file)))?;
+        DERIVED.iter().copied().flatten().try_for_each(|file| remove(&located(&self.path, file)))?;
         if !is_own {
             raw.iter().try_for_each(|file| remove(&located(&self.path, file)))?;
         }
@@ -361,7 +334,8 @@ fn left_behind(path: &Path) -> Left {
     let entries = fs::read_dir(path).map(|entries| entries.flatten().map(|entry| entry.file_name()).collect());
     let mut entries: Vec<_> = entries.unwrap_or_default();
     entries.retain(|name| !begun.iter().any(|begun| name == begun.as_str()));
-    let is_ours = |name: &std::ffi::OsString| name == UNITS || FILES.iter().chain(&DERIVED).any(|ours| name == ours);
+    let ours = || FILES.iter().chain(&DERIVED).copied().flatten();
+    let is_ours = |name: &std::ffi::OsString| name == UNITS || ours().any(|ours| name == ours);
     let foreign = !entries.iter().any(|name| name == Manifest::FILE) && !entries.iter().all(is_ours);
     Left { foreign, ours: !entries.is_empty() }
 }
@@ -401,19 +375,10 @@ pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str>
     }
 }
 
-/// Removes a file or a folder with all that is in it; one that is not there is fine.
-pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
-    let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
-    match result {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::write_text;
+    use crate::record::{RatioRow, write_text};
     use crate::synthetic::{Plan, Run};
     use std::collections::BTreeMap;
 

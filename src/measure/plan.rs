@@ -126,12 +126,6 @@ impl Case {
         CaseRow { asked_everywhere, ..CaseRow::new(self.key(), info.label, *kind, info.safe) }
     }
 
-    /// Split rule, axes and leaf size as records hold them.
-    pub fn policy_columns(&self) -> (String, String, u8) {
-        let CaseKey { split, split_axes, leaf, .. } = self.key();
-        (split, split_axes, leaf)
-    }
-
     /// Variant and policy as records hold them.
     pub fn key(&self) -> CaseKey {
         let without_tree = CaseKey::without_tree(&self.id);

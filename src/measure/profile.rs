@@ -1,17 +1,19 @@
 //! How much is measured.
 
+use crate::record::vocabulary::named;
 use std::fmt;
 use std::str::FromStr;
 
-/// A named amount of work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Profile {
-    /// Half a minute: for continuous integration and for trying a new volume.
-    Smoke,
-    /// Five minutes: for a reader, who gets a preview.
-    Quick,
-    /// Some three hours over five binaries: for publication.
-    Full,
+named! {
+    /// A named amount of work.
+    pub enum Profile {
+        /// Half a minute: for continuous integration and for trying a new volume.
+        Smoke = "smoke",
+        /// Five minutes: for a reader, who gets a preview.
+        Quick = "quick",
+        /// Some three hours over five binaries: for publication.
+        Full = "full",
+    }
 }
 
 /// What a profile amounts to.
@@ -56,18 +58,6 @@ impl Budget {
 }
 
 impl Profile {
-    /// All profiles, smallest first.
-    pub const ALL: [Self; 3] = [Self::Smoke, Self::Quick, Self::Full];
-
-    /// The name on the command line and in the manifest.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Smoke => "smoke",
-            Self::Quick => "quick",
-            Self::Full => "full",
-        }
-    }
-
     /// Its amounts.
     pub const fn budget(self) -> Budget {
         match self {

@@ -7,6 +7,7 @@ use super::build::Built;
 use super::chunk::Participants;
 use super::measured::TimedChunk;
 use super::plan::{Case, Plan};
+use super::study::timing_row;
 use crate::method::{Kind, Model};
 use crate::record::{NULL_VARIANT, TimingRow};
 use crate::scene::{Pair, Scene};
@@ -31,17 +32,12 @@ pub fn time_scene(
     let mut queries = Queries { plan, cases, chunks, verdicts: Vec::new() };
     let extent = extent(plan);
     let samples = blocks::time(&mut queries, extent, plan.selection.seed ^ (u64::from(launch) << 32), progress);
-    let row = |sample: blocks::Sample| TimingRow {
-        scene: scene.name.clone(),
-        case: cases[sample.case].case.name(),
+    let names: Vec<String> = cases.iter().map(|timed| timed.case.name()).collect();
+    let row = |sample: &blocks::Sample| TimingRow {
         binary: binary_of(launch, plan.budget.binaries),
-        launch,
-        block: sample.block,
-        chunk: chunks[sample.chunk].number,
-        passes: sample.passes,
-        ns: sample.ns,
+        ..timing_row((&scene.name, launch), &names, chunks[sample.chunk].number, sample)
     };
-    let mut rows: Vec<TimingRow> = samples.into_iter().map(row).collect();
+    let mut rows: Vec<TimingRow> = samples.iter().map(row).collect();
     rows.sort_by(|x, y| (x.block, x.chunk, &x.case).cmp(&(y.block, y.chunk, &y.case)));
     rows
 }

@@ -128,13 +128,13 @@ fn describe_turned(plan: &Plan, case: &Case, scene: &Scene, part: usize, shapes:
 }
 
 fn tightness_row(case: &Case, scene: &Scene, part: usize, frame: u32, level: &LevelReport) -> TightnessRow {
-    let (split, axes, leaf) = case.policy_columns();
+    let CaseKey { variant, split, split_axes, leaf } = case.key();
     TightnessRow {
         scene: scene.name.clone(),
         part: scene.parts[part].name.clone(),
-        variant: case.id.clone(),
+        variant,
         split,
-        split_axes: axes,
+        split_axes,
         leaf,
         frame,
         level: level.level,

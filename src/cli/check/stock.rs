@@ -54,6 +54,28 @@ pub fn touch(scene: &Scene, touch: &Touch) -> String {
     )
 }
 
+/// What is not known of the workpieces.
+pub fn not_examined(scene: &Scene, outcome: &Outcome) -> Vec<String> {
+    let name = |part: usize| &scene.parts[part].name;
+    let uncut = outcome.uncut.iter().map(|&part| {
+        let why = why_uncut(&scene.parts[part]);
+        format!("what is cut away from `{}`, since {why}; what comes after the first cut is unresolved", name(part))
+    });
+    let whole = outcome.stays_whole.then(|| {
+        "what is cut away (`--stock-resolution none`); a rapid that begins inside the workpiece is taken for a retreat"
+            .to_owned()
+    });
+    let given_up = outcome.remaining.iter().filter_map(|remaining| {
+        let (name, line) = (name(remaining.part), remaining.given_up?);
+        Some(format!("contact with `{name}` from line {line} on: cutting it takes too much work; a coarser `--stock-resolution` takes less"))
+    });
+    let parted = outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| {
+        let name = name(remaining.part);
+        format!("where the pieces go into which the program parts `{name}`; all are taken to stay where they are cut")
+    });
+    uncut.chain(whole).chain(given_up).chain(parted).collect()
+}
+
 impl StockOptions {
     /// Reads the wanted part.
     pub fn target(&self) -> Result<Option<Arc<Mesh>>> {

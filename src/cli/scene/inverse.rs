@@ -1,5 +1,6 @@
 //! `scene inverse`: where the axes must be for the tool to have a direction.
 
+use super::super::gcode;
 use super::super::subject::tip_control;
 use super::{say, table};
 use crate::geometry::{self, Vector};
@@ -118,9 +119,8 @@ fn shown(scene: &Scene, linear: bool) -> Vec<Axis> {
 
 /// Mm or degrees, to a nanometre's worth of digits.
 fn value(position: &Position, axis: Axis) -> f64 {
-    let value = if axis.is_rotary() { position[axis].to_degrees() } else { position[axis] };
     // Adding zero turns -0 into 0.
-    (value * 1e6).round() / 1e6 + 0.0
+    (gcode::shown(position, axis) * 1e6).round() / 1e6 + 0.0
 }
 
 fn print(scene: &Scene, placed: &[Placed], linear: bool) {
@@ -141,10 +141,8 @@ fn print(scene: &Scene, placed: &[Placed], linear: bool) {
 
 fn as_json(placed: &Placed) -> Value {
     let Placed { solution, position, forbidden } = placed;
-    let axes: serde_json::Map<String, Value> =
-        Axis::ALL.iter().map(|&axis| (axis.letter().to_string(), json!(value(position, axis)))).collect();
     json!({
-        "position": axes, "travel_deg": solution.travel.map(f64::to_degrees),
+        "position": gcode::by_letter(|axis| value(position, axis)), "travel_deg": solution.travel.map(f64::to_degrees),
         "free": solution.free.map(|axis| axis.letter().to_string()), "forbidden": forbidden,
     })
 }

@@ -35,11 +35,12 @@ pub fn run(
     mut replies: impl Write,
 ) -> Result<(), PeersError> {
     let mut say = |text: &str| writeln!(replies, "{text}").and_then(|()| replies.flush()).map_err(PeersError::Gone);
-    let mut runner = Runner::new(variant, policy, mode, posed::read_meshes(pair)?, posed::read_poses(pair)?, rounds);
-    runner.coherence = coherence;
-    if mode == Mode::Motion {
-        runner.motions = posed::read_motions(pair)?;
-    }
+    let (meshes, poses) = (posed::read_meshes(pair)?, posed::read_poses(pair)?);
+    let motions = if mode == Mode::Motion { posed::read_motions(pair)? } else { Vec::new() };
+    let count = poses.len();
+    let (ns, asked, answers) = (vec![0; rounds * count], vec![0; count], vec![0.0; count]);
+    let mut runner =
+        Runner { variant, policy, coherence, mode, meshes, models: None, poses, motions, rounds, ns, asked, answers };
     // A peer here answers only whether two meshes touch, and how far apart they are; so do samples.
     if mode == Mode::All && matches!(variant.kind, crate::method::Kind::Peer | crate::method::Kind::Sampling) {
         return say("unsupported");
@@ -88,22 +89,7 @@ struct Runner<'a> {
     answers: Vec<f64>,
 }
 
-impl<'a> Runner<'a> {
-    fn new(
-        variant: &'a Variant,
-        policy: Option<Policy>,
-        mode: Mode,
-        meshes: [Mesh; 2],
-        poses: Vec<Isometry>,
-        rounds: usize,
-    ) -> Self {
-        let count = poses.len();
-        let (ns, asked, answers) = (vec![0; rounds * count], vec![0; count], vec![0.0; count]);
-        let coherence = Coherence::None;
-        let motions = Vec::new();
-        Self { variant, policy, coherence, mode, meshes, models: None, poses, motions, rounds, ns, asked, answers }
-    }
-
+impl Runner<'_> {
     fn build(&mut self) -> u64 {
         self.models = None;
         let (ns, models) = timer::time(|| {

@@ -7,12 +7,12 @@
 use super::engine::Engine;
 use super::posed::PosedMeshes;
 use super::{Mode, PeersError, npy};
+use crate::analysis::grouped;
 use crate::measure::Progress;
 use crate::record::{PeerAnswerRow, PeerBuildRow, PeerTimingRow, RecordError, Stratum};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
-use std::collections::BTreeMap;
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -124,10 +124,7 @@ pub fn compare(
 
 /// The answers of an engine's processes as one: the median (the lower one of two) of their times.
 fn over_processes<'a>(rows: impl Iterator<Item = &'a PeerAnswerRow>) -> Result<Vec<PeerAnswerRow>, String> {
-    let mut poses: BTreeMap<u32, Vec<&PeerAnswerRow>> = BTreeMap::new();
-    for row in rows {
-        poses.entry(row.pose).or_default().push(row);
-    }
+    let poses = grouped(rows.map(|row| (row.pose, row)));
     let one = |(pose, rows): (u32, Vec<&PeerAnswerRow>)| {
         let mut row = rows[0].clone();
         if rows.iter().any(|other| other.touching != row.touching) {

@@ -13,6 +13,7 @@
 //! | `truth.npy` | f8 (n) | modes `all`, `distance` and `motion` only: touching pairs of triangles; mm; time of first contact, infinite without |
 
 use super::{Mode, PeersError, Step, motions, npy};
+use crate::analysis::distinct;
 use crate::geometry::{Isometry, Mesh, Point, rigid};
 use crate::measure::chunk::{self, Chunk, Participants};
 use crate::measure::judged::{self, JudgedPair, JudgedPose};
@@ -94,47 +95,45 @@ pub fn questions(
         .into_iter()
         .filter(|chunk| chunk.participants != Participants::Control)
         .collect();
-    let mut pairs: Vec<Pair> = Vec::new();
-    for pair in &usable {
-        if !pairs.contains(&pair.pair) {
-            pairs.push(pair.pair);
-        }
-    }
-    let mut found = Vec::new();
-    for pair in pairs {
-        let mut posed = PosedMeshes {
-            pair: scene.pair_name(pair),
-            a: Arc::clone(&scene.parts[pair.a].mesh),
-            b: Arc::clone(&scene.parts[pair.b].mesh),
-            questions: Vec::new(),
-            chunks: Vec::new(),
-        };
-        let oracle = PairOracle::new(Arc::clone(&posed.a), Arc::clone(&posed.b));
-        // Workloads number their lines each from 0.
-        let mut lines: BTreeMap<(usize, u32), u32> = BTreeMap::new();
-        for chunk in chunks.iter().filter(|chunk| usable[chunk.pair].pair == pair) {
-            let all = &usable[chunk.pair].poses;
-            let mut asked: Vec<Question> = match mode {
-                Mode::Path(step) => fine_steps(&oracle, all, chunk, step),
-                _ => chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect(),
-            };
-            for question in &mut asked {
-                let next = lines.len() as u32;
-                question.line = *lines.entry((chunk.pair, question.line)).or_insert(next);
-            }
-            posed.add(asked);
-        }
-        if mode == Mode::Batch {
-            posed.one_chunk_a_stratum();
-        }
-        if !posed.chunks.is_empty() {
-            found.push(posed);
-        }
-    }
+    let pairs = distinct(usable.iter().map(|pair| pair.pair)).into_iter();
+    let found: Vec<PosedMeshes> = pairs
+        .map(|pair| of_pair(scene, pair, &usable, &chunks, mode))
+        .filter(|posed| !posed.chunks.is_empty())
+        .collect();
     if found.is_empty() {
         return Err(PeersError::NoPoses { scene: scene.name.clone(), mode });
     }
     Ok(found)
+}
+
+/// What is asked of one pair.
+fn of_pair(scene: &Scene, pair: Pair, usable: &[JudgedPair], chunks: &[Chunk], mode: Mode) -> PosedMeshes {
+    let mut posed = PosedMeshes {
+        pair: scene.pair_name(pair),
+        a: Arc::clone(&scene.parts[pair.a].mesh),
+        b: Arc::clone(&scene.parts[pair.b].mesh),
+        questions: Vec::new(),
+        chunks: Vec::new(),
+    };
+    let oracle = PairOracle::new(Arc::clone(&posed.a), Arc::clone(&posed.b));
+    // Workloads number their lines each from 0.
+    let mut lines: BTreeMap<(usize, u32), u32> = BTreeMap::new();
+    for chunk in chunks.iter().filter(|chunk| usable[chunk.pair].pair == pair) {
+        let all = &usable[chunk.pair].poses;
+        let mut asked: Vec<Question> = match mode {
+            Mode::Path(step) => fine_steps(&oracle, all, chunk, step),
+            _ => chunk.poses.par_iter().map(|&index| question(&oracle, &all[index], mode)).collect(),
+        };
+        for question in &mut asked {
+            let next = lines.len() as u32;
+            question.line = *lines.entry((chunk.pair, question.line)).or_insert(next);
+        }
+        posed.add(asked);
+    }
+    if mode == Mode::Batch {
+        posed.one_chunk_a_stratum();
+    }
+    posed
 }
 
 fn question(oracle: &PairOracle, pose: &JudgedPose, mode: Mode) -> Question {

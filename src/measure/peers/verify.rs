@@ -73,7 +73,7 @@ fn verdict<'a>(
         let error = values.map(|(said, truth)| (said - truth).abs());
         // What is not a number is as wrong as can be.
         let error = error.map(|error| if error.is_nan() { f64::INFINITY } else { error });
-        verdict.largest_error = verdict.largest_error.max_with(error);
+        verdict.largest_error = verdict.largest_error.into_iter().chain(error).reduce(f64::max);
         let (is_missed, is_invented) = (row.exact > row.touching, row.touching > row.exact);
         let is_off = !is_missed && !is_invented && error.is_some_and(|error| error > tolerance);
         verdict.missed += usize::from(is_missed);
@@ -85,20 +85,6 @@ fn verdict<'a>(
         }
     }
     verdict
-}
-
-/// The larger of two numbers that may not be there.
-trait MaxWith {
-    fn max_with(self, other: Self) -> Self;
-}
-
-impl MaxWith for Option<f64> {
-    fn max_with(self, other: Self) -> Self {
-        match (self, other) {
-            (Some(one), Some(other)) => Some(one.max(other)),
-            (one, other) => one.or(other),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ use super::plan::{Case, PlanError, choose};
 use super::shard::Shard;
 use super::study::{self, Batch, Job, Rows, Study, Subject};
 use super::{MeasureError, Profile, Progress};
+use crate::analysis::grouped;
 use crate::geometry::Isometry;
 use crate::record::manifest::Request;
 use crate::record::{FactorRow, Kind, Manifest, Stratum};
@@ -23,8 +24,7 @@ use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
 use crate::truth::PairOracle;
 use rayon::prelude::*;
-use stage::{Bodies, Quantity, stage};
-use std::collections::BTreeMap;
+use stage::{Bodies, Line, Quantity, stage};
 use std::path::Path;
 use std::sync::Arc;
 use thiserror::Error;
@@ -361,13 +361,11 @@ impl Study for Design {
 
 /// The poses of a stage, by group of lines and stratum; a pose has the same number at every value.
 fn batches(stage: &Bodies) -> Vec<Batch> {
-    let mut batches: BTreeMap<(u32, Stratum), Vec<Isometry>> = BTreeMap::new();
-    for line in &stage.lines {
-        for &depth in &stage.depths_mm {
-            let stratum = Stratum::of(depth > 0.0, -depth);
-            batches.entry((line.number % GROUPS, stratum)).or_default().push(line.at_depth(depth));
-        }
-    }
+    let of_line = |line: &Line| {
+        let pose = |&depth: &f64| ((line.number % GROUPS, Stratum::of(depth > 0.0, -depth)), line.at_depth(depth));
+        stage.depths_mm.iter().map(pose).collect::<Vec<_>>()
+    };
+    let batches = grouped(stage.lines.iter().flat_map(of_line));
     let oracle = PairOracle::new(Arc::clone(&stage.a), Arc::clone(&stage.b));
     let batch = |((group, stratum), poses): ((u32, Stratum), Vec<Isometry>)| Batch {
         chunk: chunk_number(group, stratum),

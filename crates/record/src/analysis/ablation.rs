@@ -6,6 +6,7 @@ use super::stats::{Interval, clustered_rate, equal_lines, mean};
 use super::summary::ALL;
 use super::totals::over_launches;
 use super::{AnalysisError, counted, distinct};
+use crate::record::vocabulary::named;
 use crate::record::{
     BuildRow, ClaimRow, CountRow, FactorRow, Row, TimingRow, TreeRow, read_rows, read_rows_if_there, write_rows,
 };
@@ -228,28 +229,21 @@ fn none() -> String {
     "none".to_owned()
 }
 
-/// Poses over which counts are added up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Poses {
-    /// All.
-    #[default]
-    All,
-    /// The poses that the method calls interfering.
-    Hit,
-    /// The poses that the method calls free.
-    Free,
+named! {
+    /// Poses over which counts are added up.
+    #[derive(Default)]
+    pub enum Poses {
+        /// All.
+        #[default]
+        All = "all",
+        /// The poses that the method calls interfering.
+        Hit = "hit",
+        /// The poses that the method calls free.
+        Free = "free",
+    }
 }
 
 impl Poses {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::All => ALL,
-            Self::Hit => "hit",
-            Self::Free => "free",
-        }
-    }
-
     const fn holds(self, hit: u8) -> bool {
         match self {
             Self::All => true,
@@ -353,7 +347,7 @@ impl Ablation {
                         };
                         let end = |end: f64| end.is_finite().then_some(end);
                         ClaimRow {
-                            stratum: poses.name().to_owned(),
+                            stratum: poses.id().to_owned(),
                             verdict: verdict.id().to_owned(),
                             effect: effect.id().to_owned(),
                             measure: text.clone(),

@@ -12,7 +12,7 @@ use super::factorial::{Decomposition, Design};
 use super::stats::{RESAMPLES, below, expansion, generator, median, over_strata, quantile, student_95};
 use super::summary::ALL;
 use super::totals::clusters;
-use super::{AnalysisError, distinct};
+use super::{AnalysisError, distinct, grouped};
 use crate::record::audit::FACTORS;
 use crate::record::{
     AuditCellRow, AuditEffectRow, AuditShareRow, BuildRow, CountRow, FactorRow, Manifest, NULL_VARIANT, PoseRow, Row,
@@ -144,10 +144,8 @@ impl Raw {
                 levels.entry(row.case.clone()).or_default()[place].clone_from(&row.level);
             }
         }
-        let mut poses: BTreeMap<String, Vec<_>> = BTreeMap::new();
-        for row in read_rows::<PoseRow>(folder)? {
-            poses.entry(row.scene).or_default().push((row.chunk, (row.workload, row.pair, row.line)));
-        }
+        let poses = read_rows::<PoseRow>(folder)?.into_iter();
+        let poses = grouped(poses.map(|row| (row.scene, (row.chunk, (row.workload, row.pair, row.line)))));
         let of_scene = |(scene, poses): (String, Vec<_>)| {
             let unit = move |(chunk, unit): (u32, u32)| ((scene.clone(), chunk.to_string()), unit.to_string());
             clusters(poses).into_iter().map(unit)
@@ -411,14 +409,14 @@ fn tell(
     let terms = design.terms();
     let term_name = |factors: &[usize]| factors.iter().map(|&f| FACTORS[f]).collect::<Vec<_>>().join(":");
     for term in &terms {
-        for level in combinations(&design, levels, &term.factors) {
+        for level in combinations(&design, levels, term) {
             let Some([effect, low, high]) = numbers.next().map(|numbers| numbers.map(f64::exp)) else { return };
             let (scene, cells, response) = (name.clone(), cells.to_owned(), response.to_owned());
-            let term = term_name(&term.factors);
+            let term = term_name(term);
             outcome.effects.push(AuditEffectRow { scene, cells, response, term, level, effect, low, high });
         }
     }
-    for term in terms.iter().map(|term| term_name(&term.factors)).chain([REST.to_owned()]) {
+    for term in terms.iter().map(|term| term_name(term)).chain([REST.to_owned()]) {
         let Some([share, low, high]) =
             numbers.next().map(|[share, low, high]| [share, low.clamp(0.0, 1.0), high.clamp(0.0, 1.0)])
         else {

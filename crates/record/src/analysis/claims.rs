@@ -355,6 +355,13 @@ impl ClaimSet {
     }
 }
 
+impl CaseRef {
+    /// A variant under its default policy.
+    pub fn default_of(variant: &str) -> Self {
+        Self { variant: variant.to_owned(), policy: None }
+    }
+}
+
 impl Claim {
     /// Short name.
     pub fn id(&self) -> &str {

@@ -8,7 +8,7 @@
 use super::stats::{mean, median, quantile, weighted_quantile};
 use super::summary::Cell;
 use super::table::{Query, Scene};
-use super::{AnalysisError, ranking_workload};
+use super::{AnalysisError, grouped, ranking_workload};
 use crate::record::rows::CaseKey;
 use crate::record::{
     CONTROL_WORKLOAD, CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows,
@@ -71,16 +71,10 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
 /// Every chunk of a case, with its mean counts and its median time.
 fn observe(scene: &Scene, case: &CaseKey) -> Vec<Observed> {
     let (Some(samples), Some(queries)) = (scene.timings.get(case), scene.queries.get(case)) else { return Vec::new() };
-    let mut times: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for sample in samples.iter().filter(|sample| !scene.chunks[&sample.item].is_control()) {
-        times.entry(sample.item).or_default().push(sample.ns);
-    }
-    let mut members: BTreeMap<u32, Vec<&Query>> = BTreeMap::new();
-    for query in queries {
-        members.entry(query.chunk).or_default().push(query);
-    }
+    let timed = samples.iter().filter(|sample| !scene.chunks[&sample.item].is_control());
+    let mut times = grouped(timed.map(|sample| (sample.item, sample.ns)));
     let mut observed = Vec::new();
-    for (chunk, members) in members {
+    for (chunk, members) in grouped(queries.iter().map(|query| (query.chunk, query))) {
         let (stratum, poses) = (scene.chunks[&chunk].stratum, scene.chunks[&chunk].poses);
         let Some(ns) = times.remove(&chunk).filter(|_| members.len() == poses as usize) else { continue };
         let mean = |count: &dyn Fn(&Query) -> u64| {
@@ -230,8 +224,7 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
         .iter()
         .filter(|(case, _)| is_safe(case))
         .filter_map(|(case, builds)| {
-            let mut parts: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-            builds.iter().for_each(|build| parts.entry(build.item).or_default().push(build.ns));
+            let parts = grouped(builds.iter().map(|build| (build.item, build.ns)));
             let build = parts.into_values().map(median).sum::<f64>();
             Some((case, build, mean_query(scene, case)?))
         })

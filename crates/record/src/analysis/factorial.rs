@@ -10,12 +10,8 @@ pub struct Design {
     levels: Vec<usize>,
 }
 
-/// A main effect of one factor, or an interaction of two.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Term {
-    /// Indices of the factors, ascending.
-    pub factors: Vec<usize>,
-}
+/// A factor, or a pair of factors: their indices, ascending.
+pub type Term = Vec<usize>;
 
 /// The effects and shares of variance of one response.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,8 +53,8 @@ impl Design {
     /// All factors, then all pairs of factors.
     pub fn terms(&self) -> Vec<Term> {
         let count = self.levels.len();
-        let pairs = (0..count).flat_map(|f| (f + 1..count).map(move |g| Term { factors: vec![f, g] }));
-        (0..count).map(|f| Term { factors: vec![f] }).chain(pairs).collect()
+        let pairs = (0..count).flat_map(|f| (f + 1..count).map(move |g| vec![f, g]));
+        (0..count).map(|f| vec![f]).chain(pairs).collect()
     }
 
     /// Decomposes a response, given as one value per cell.
@@ -71,7 +67,7 @@ impl Design {
         for term in self.terms() {
             let mut effect = self.margin(response, &term);
             let repeats = cells / effect.len() as f64;
-            match term.factors[..] {
+            match term[..] {
                 [f, g] => {
                     for (index, value) in effect.iter_mut().enumerate() {
                         let (i, j) = (index / self.levels[g], index % self.levels[g]);
@@ -91,11 +87,11 @@ impl Design {
     }
 
     /// The mean response at every combination of a term's levels.
-    fn margin(&self, response: &[f64], term: &Term) -> Vec<f64> {
-        let size: usize = term.factors.iter().map(|&f| self.levels[f]).product();
+    fn margin(&self, response: &[f64], term: &[usize]) -> Vec<f64> {
+        let size: usize = term.iter().map(|&f| self.levels[f]).product();
         let mut sums = vec![0.0; size];
         for (cell, y) in response.iter().enumerate() {
-            let place = term.factors.iter().fold(0, |place, &f| place * self.levels[f] + self.level(cell, f));
+            let place = term.iter().fold(0, |place, &f| place * self.levels[f] + self.level(cell, f));
             sums[place] += y;
         }
         let repeats = (response.len() / size) as f64;

@@ -4,11 +4,10 @@
 //! a group depend on one another, so that a group counts with their mean. The exponent is the mean over groups, with a bootstrap interval over
 //! them; a single group has none. The exponent of each stratum is told beside it.
 
-use super::AnalysisError;
-use super::distinct;
 use super::stats::{bootstrap_mean, mean};
 use super::summary::ALL;
 use super::sweep::Swept;
+use super::{AnalysisError, distinct, grouped};
 use crate::record::rows::CaseKey;
 use crate::record::{BuildRow, CountRow, Row, Stratum, SweepGrowthRow, TimingRow, read_rows_if_there, write_rows};
 use std::collections::BTreeMap;
@@ -89,10 +88,7 @@ pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<
 /// Sets without a slope are left out.
 fn by_stratum(slopes: &BTreeMap<Unit, f64>) -> Vec<(Option<Stratum>, Vec<f64>)> {
     let strata = distinct(slopes.keys().map(|(_, stratum)| *stratum));
-    let mut groups: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for ((group, _), slope) in slopes {
-        groups.entry(*group).or_default().push(*slope);
-    }
+    let groups = grouped(slopes.iter().map(|((group, _), slope)| (*group, *slope)));
     let whole = groups.into_values().filter(|of_group| of_group.len() == strata.len());
     let mut found = vec![(None, whole.map(|of_group| mean(&of_group)).collect::<Vec<f64>>())];
     if strata.len() > 1 {

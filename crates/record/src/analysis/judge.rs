@@ -8,8 +8,9 @@ use super::stats::{Interval, mean};
 use super::summary::ALL;
 use super::table::Scene;
 use super::totals::{Estimate, over_launches};
-use super::{AnalysisError, counted};
+use super::{AnalysisError, counted, grouped};
 use crate::record::rows::CaseKey;
+use crate::record::vocabulary::named;
 use crate::record::{ClaimRow, ExitRow, Manifest, OutlineRow, PROGRAM_TIME, Stratum, TightnessRow, TreeRow};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,48 +47,34 @@ pub struct Evidence<'a> {
     pub noisy: NoisyCells,
 }
 
-/// The verdict on a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// The whole interval is beyond the claim's threshold.
-    Supported,
-    /// The whole interval is at or beyond 1 on the other side, or on the other side of a margin that the sentence names.
-    Refuted,
-    /// The evidence does not decide.
-    Undecided,
-    /// The baseline has no defect that the subject could repair.
-    NotApplicable,
-    /// No measurement can decide the claim.
-    NotJudged,
-}
-
-impl Verdict {
-    /// All verdicts.
-    pub const ALL: [Self; 5] = [Self::Supported, Self::Refuted, Self::Undecided, Self::NotApplicable, Self::NotJudged];
-
-    /// The name in files.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Supported => "supported",
-            Self::Refuted => "refuted",
-            Self::Undecided => "undecided",
-            Self::NotApplicable => "not-applicable",
-            Self::NotJudged => "not-judged",
-        }
+named! {
+    /// The verdict on a claim.
+    pub enum Verdict {
+        /// The whole interval is beyond the claim's threshold.
+        Supported = "supported",
+        /// The whole interval is at or beyond 1 on the other side, or on the other side of a margin that the sentence names.
+        Refuted = "refuted",
+        /// The evidence does not decide.
+        Undecided = "undecided",
+        /// The baseline has no defect that the subject could repair.
+        NotApplicable = "not-applicable",
+        /// No measurement can decide the claim.
+        NotJudged = "not-judged",
     }
 }
 
-/// The direction of a ratio, independent of any claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Effect {
-    /// The whole interval is below 1, and part of it is below 0.95.
-    Less,
-    /// The whole interval is within 5 % of 1.
-    Same,
-    /// The whole interval is above 1, and part of it is above 1.05.
-    More,
-    /// The interval is in none of these places.
-    Unclear,
+named! {
+    /// The direction of a ratio, independent of any claim.
+    pub enum Effect {
+        /// The whole interval is below 1, and part of it is below 0.95.
+        Less = "less",
+        /// The whole interval is within 5 % of 1.
+        Same = "same",
+        /// The whole interval is above 1, and part of it is above 1.05.
+        More = "more",
+        /// The interval is in none of these places.
+        Unclear = "unclear",
+    }
 }
 
 impl Effect {
@@ -98,16 +85,6 @@ impl Effect {
             () if interval.high < 1.0 => Self::Less,
             () if interval.low > 1.0 => Self::More,
             () => Self::Unclear,
-        }
-    }
-
-    /// The name in files.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Less => "less",
-            Self::Same => "same",
-            Self::More => "more",
-            Self::Unclear => "unclear",
         }
     }
 }
@@ -315,7 +292,8 @@ fn p_value(test: &Test, estimate: Estimate, verdict: Verdict) -> f64 {
 
 impl Judged<'_> {
     fn findings(&self, test: &Test) -> Vec<Finding> {
-        let examined = if test.of == Some(Role::Subject) { &self.subject } else { &self.baseline };
+        let Self { subject, baseline, .. } = self;
+        let examined = if test.of == Some(Role::Subject) { subject } else { baseline };
         let above = test.above.unwrap_or(0.0);
         let expected = test.expect.unwrap_or(Expectation::Present);
         match test.kind {
@@ -323,9 +301,9 @@ impl Judged<'_> {
             TestKind::VolumeTestRatio => self.ratios(test, &[Metric::VolumeTests]),
             TestKind::TriangleTestRatio => self.ratios(test, &[Metric::TriangleTests]),
             TestKind::BuildRatio => self.ratios(test, &[Metric::Build]),
-            TestKind::Balance => vec![self.balance(test)],
+            TestKind::Balance => vec![self.over_parts(test, [baseline, subject], |row| row.child_ratio)],
             TestKind::Tightness => vec![self.tightness(test)],
-            TestKind::BytesRatio => vec![self.bytes(test)],
+            TestKind::BytesRatio => vec![self.over_parts(test, [subject, baseline], |row| row.bytes as f64)],
             TestKind::AxisOperations => vec![self.axis_operations(examined, test)],
             TestKind::EdgeExits => vec![self.edge_exits(examined, test)],
             TestKind::Misses => self.misses_by_workload(test, examined, above, expected),
@@ -460,11 +438,11 @@ impl Judged<'_> {
         Finding { effect, ..Finding::of_trees(decide(test, ratio), Some(ratio.interval.value), vec![range]) }
     }
 
-    fn balance(&self, test: &Test) -> Finding {
-        let subject: BTreeMap<&str, f64> =
-            self.trees(&self.subject).map(|row| (row.part.as_str(), row.child_ratio)).collect();
-        let logs = self.trees(&self.baseline).filter_map(|row| {
-            let log = (row.child_ratio / subject.get(row.part.as_str())?).ln();
+    /// The ratio of a property of the trees of two cases, over the parts.
+    fn over_parts(&self, test: &Test, [above, below]: [&CaseKey; 2], property: fn(&TreeRow) -> f64) -> Finding {
+        let below: BTreeMap<&str, f64> = self.trees(below).map(|row| (row.part.as_str(), property(row))).collect();
+        let logs = self.trees(above).filter_map(|row| {
+            let log = (property(row) / below.get(row.part.as_str())?).ln();
             log.is_finite().then_some(log)
         });
         Self::mean_ratio(&logs.collect::<Vec<_>>(), test, "parts")
@@ -476,14 +454,10 @@ impl Judged<'_> {
         let key = |row: &TightnessRow| (row.frame, row.part.clone(), row.level);
         let subject: BTreeMap<_, f64> =
             self.levels_in(&self.subject, test.frames).filter(asked).map(|row| (key(row), looseness(row))).collect();
-        let mut frames: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        for row in self.levels_in(&self.baseline, test.frames) {
-            let Some(of_subject) = subject.get(&key(row)) else { continue };
-            let log = (of_subject / looseness(row)).ln();
-            if log.is_finite() {
-                frames.entry(row.frame).or_default().push(log);
-            }
-        }
+        let frames = grouped(self.levels_in(&self.baseline, test.frames).filter_map(|row| {
+            let log = (subject.get(&key(row))? / looseness(row)).ln();
+            log.is_finite().then_some((row.frame, log))
+        }));
         let mut finding = match test.frames {
             Frames::Own => {
                 Self::mean_ratio(&frames.into_values().flatten().collect::<Vec<_>>(), test, "levels of trees")

@@ -28,6 +28,7 @@ use crate::record::{
 };
 use claims::{ClaimSet, ClaimsError};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use thiserror::Error;
 
@@ -238,6 +239,15 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
     }
     ranking.sort_by(|a, b| (a.kind != Kind::Volume).cmp(&(b.kind != Kind::Volume)).then(a.ratio.total_cmp(&b.ratio)));
     ranking
+}
+
+/// The values of each key, in the order of the pairs.
+pub(crate) fn grouped<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMap<K, Vec<V>> {
+    let mut groups: BTreeMap<K, Vec<V>> = BTreeMap::new();
+    for (key, value) in pairs {
+        groups.entry(key).or_default().push(value);
+    }
+    groups
 }
 
 /// Values, each once, in the order in which they first occur.

@@ -6,6 +6,7 @@
 //! of mean times on the same chunks. Its interval is that of [`super::totals`], stratum by stratum, because poses of a chunk depend on one
 //! another. Chunks that share a line are one cluster. A single cluster has no interval.
 
+use super::grouped;
 use super::stats::{Interval, median, quantile};
 use super::totals::{Observation, Totals, clusters};
 use crate::record::peers::ALL_STRATA;
@@ -151,11 +152,10 @@ fn construction<'a>(builds: impl Iterator<Item = &'a PeerBuildRow>) -> (u64, u64
 type Clusters<'a> = BTreeMap<(&'a str, &'a str, &'a str), BTreeMap<u32, u32>>;
 
 fn clusters_by_pair(answers: &[PeerAnswerRow]) -> Clusters<'_> {
-    let mut poses: BTreeMap<_, Vec<(u32, u32)>> = BTreeMap::new();
-    for row in answers {
-        let key = (row.scene.as_str(), row.mode.as_str(), row.pair.as_str());
-        poses.entry(key).or_default().push((row.chunk, row.line));
-    }
+    let poses = grouped(answers.iter().map(|row| {
+        let pair = (row.scene.as_str(), row.mode.as_str(), row.pair.as_str());
+        (pair, (row.chunk, row.line))
+    }));
     poses.into_iter().map(|(key, poses)| (key, clusters(poses))).collect()
 }
 

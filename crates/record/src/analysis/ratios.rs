@@ -195,7 +195,7 @@ impl Cases {
     /// # Errors
     /// When the manifest's policy is not `split/axes/leaf`.
     pub fn default_of(&self, variant: &str) -> Result<Option<CaseKey>, AnalysisError> {
-        self.find(&CaseRef { variant: variant.to_owned(), policy: None })
+        self.find(&CaseRef::default_of(variant))
     }
 
     /// The case that `null` duplicates.

@@ -1,8 +1,8 @@
 //! One row per scene, workload, stratum and case: times with interval and quantiles, counts, misses.
 
 use super::misses::Misses;
-use super::stats;
 use super::table::{Chunk, Counter, Query, Sample, Scene, Single, chunk_times};
+use super::{grouped, stats};
 use crate::record::rows::CaseKey;
 use crate::record::{Cache, Stratum, SummaryRow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,10 +124,7 @@ fn summarise_case(
 /// Sorted chunk times, ns per query, each with the number of poses of its chunk, weighted as in sums. The time of a chunk is the mean over launches of the
 /// median over blocks.
 fn weighted_times(scene: &Scene, cell: Cell<'_>, samples: &[Sample]) -> Vec<(f64, f64)> {
-    let mut of_chunk: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for ((_, chunk), ns) in chunk_times(samples) {
-        of_chunk.entry(chunk).or_default().push(ns);
-    }
+    let of_chunk = grouped(chunk_times(samples).into_iter().map(|((_, chunk), ns)| (chunk, ns)));
     let weights = scene.weights(cell, of_chunk.keys().copied());
     let poses = |chunk: &u32| weights[chunk] * f64::from(scene.chunks[chunk].poses);
     let mut times: Vec<(f64, f64)> = of_chunk.iter().map(|(chunk, ns)| (stats::mean(ns), poses(chunk))).collect();
@@ -138,10 +135,7 @@ fn weighted_times(scene: &Scene, cell: Cell<'_>, samples: &[Sample]) -> Vec<(f64
 /// The median reading of each pose over a single warm query, ns, sorted.
 fn single_times(singles: &[Single], is_in: impl Fn(u32) -> bool) -> Vec<f64> {
     let wanted = |single: &&Single| single.cache == Cache::Warm && is_in(single.chunk);
-    let mut of_pose: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-    for single in singles.iter().filter(wanted) {
-        of_pose.entry(single.pose).or_default().push(single.ns);
-    }
+    let of_pose = grouped(singles.iter().filter(wanted).map(|single| (single.pose, single.ns)));
     let mut times: Vec<f64> = of_pose.into_values().map(stats::median).collect();
     times.sort_unstable_by(f64::total_cmp);
     times

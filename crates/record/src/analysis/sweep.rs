@@ -1,9 +1,9 @@
 //! Analyses a sweep: the mean of every metric at every value of the swept quantity, with bootstrap intervals over the groups of lines. Rates of
 //! misses have the intervals of a run's, with groups of lines as lines.
 
-use super::AnalysisError;
 use super::growth::analyze_growth;
 use super::stats::{Interval, bootstrap_mean, clustered_rate, median};
+use super::{AnalysisError, grouped};
 use crate::record::rows::CaseKey;
 use crate::record::{
     BuildRow, CaseRow, CountRow, FactorRow, Manifest, Row, Stratum, SweepSummaryRow, TimingRow, has_rows, read_rows,
@@ -155,15 +155,10 @@ impl Swept {
 
     /// The time of one query in each group, ns: the median over blocks.
     fn times(&self) -> Result<BTreeMap<Key, Vec<f64>>, AnalysisError> {
-        let mut blocks: BTreeMap<(Key, u32), Vec<f64>> = BTreeMap::new();
-        for (counted, timing, ns) in self.samples()? {
-            blocks.entry((self.key(counted, &timing.case)?, timing.chunk)).or_default().push(ns);
-        }
-        let mut times: BTreeMap<Key, Vec<f64>> = BTreeMap::new();
-        for ((key, _), ns) in blocks {
-            times.entry(key).or_default().push(median(ns));
-        }
-        Ok(times)
+        let samples = self.samples()?.into_iter();
+        let keyed = samples.map(|(counted, timing, ns)| Ok(((self.key(counted, &timing.case)?, timing.chunk), ns)));
+        let blocks = grouped(keyed.collect::<Result<Vec<_>, AnalysisError>>()?);
+        Ok(grouped(blocks.into_iter().map(|((key, _), ns)| (key, median(ns)))))
     }
 }
 

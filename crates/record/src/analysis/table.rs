@@ -1,14 +1,14 @@
 //! The observations in a form for computation: names interned, rows grouped once by scene and case, and sorted by their pairing key. Two
 //! cases are paired by merging their sorted lists, so the order of rows in the files has no influence.
 
-use super::AnalysisError;
 use super::stats::median;
 use super::summary::Cell;
 use super::totals::{self, Binaries, Estimate, Observation, Totals};
+use super::{AnalysisError, grouped};
 use crate::record::manifest::{Manifest, Request};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, RECORDED, SingleRow, Stratum,
+    AnswerRow, BuildRow, CONTROL_WORKLOAD, Cache, CaseRow, PROGRAM_TIME, PoseRow, RECORDED, Row, SingleRow, Stratum,
     TimingRow, for_each_row, has_rows, read_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -150,103 +150,117 @@ impl Query {
 /// # Errors
 /// When one of the files is missing or malformed, or contradicts another or the request in the manifest.
 pub fn read(folder: &Path) -> Result<BTreeMap<String, Scene>, AnalysisError> {
-    let cases: BTreeMap<String, CaseKey> =
-        read_rows::<CaseRow>(folder)?.into_iter().map(|row| (row.case.clone(), row.case())).collect();
-    let mut scenes: BTreeMap<String, Scene> = BTreeMap::new();
-    let mut wrong: Option<AnalysisError> = None;
-    let mut lines: BTreeMap<(String, String, String, u32), u32> = BTreeMap::new();
-    for_each_row(folder, |row: PoseRow| {
-        let scene = scenes.entry(row.scene.clone()).or_default();
-        if !scene.add_pose(&row, &mut lines) {
-            let (scene, pose) = (row.scene, row.pose);
-            wrong.get_or_insert(AnalysisError::Pose { scene, pose });
-        }
+    let cases = read_rows::<CaseRow>(folder)?.into_iter().map(|row| (row.case.clone(), row.case())).collect();
+    let request = Manifest::read(folder)?.request;
+    let mut reading = Reading { cases, request, lines: BTreeMap::new(), scenes: BTreeMap::new(), wrong: None };
+    for_each_row(folder, |row| {
+        reading.add_pose(row);
         Ok(())
     })?;
-    let unknown = |file, scene: &str, what: String| AnalysisError::Unknown { file, scene: scene.to_owned(), what };
-    // Launches number cells of memory, so each is compared with the request before it is used.
-    let Request { launches, blocks, .. } = Manifest::read(folder)?.request;
-    let is_asked =
-        |launch: u32| if launch < launches { Ok(()) } else { Err("the run has fewer launches (manifest.json)") };
-    for_each_row(folder, |row: TimingRow| {
-        is_asked(row.launch)?;
-        if row.block >= blocks {
-            return Err("a launch has fewer blocks (manifest.json)");
-        }
-        let scene = scenes.entry(row.scene.clone()).or_default();
-        let (case, chunk) = (cases.get(&row.case), scene.chunks.get(&row.chunk));
-        let (Some(case), Some(chunk)) = (case, chunk) else {
-            let what = format!("case `{}` or chunk {}", row.case, row.chunk);
-            wrong.get_or_insert(unknown("timings.csv", &row.scene, what));
-            return Ok(());
-        };
-        scene.launches = scene.launches.max(row.launch as usize + 1);
-        if !scene.binaries.note(row.launch, row.binary) {
-            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
-        }
-        let ns = row.ns as f64 / (f64::from(chunk.poses) * f64::from(row.passes));
-        let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
-        scene.timings.entry(case.clone()).or_default().push(sample);
-        Ok(())
-    })?;
-    for_each_row(folder, |row: AnswerRow| {
-        let scene = scenes.entry(row.scene.clone()).or_default();
-        let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
-        let (Some(case), Some(&(chunk, line))) = (case, pose) else {
-            let what = format!("case `{}` or pose {}", row.case, row.pose);
-            wrong.get_or_insert(unknown("answers.csv", &row.scene, what));
-            return Ok(());
-        };
-        let AnswerRow { pose, volume_tests, triangle_tests, .. } = row;
-        let stratum = scene.chunks[&chunk].stratum;
-        let touches = row.verdict == 1;
-        let query = Query { pose, chunk, line, stratum, touches, volume_tests, triangle_tests };
-        scene.queries.entry(case.clone()).or_default().push(query);
+    for_each_row(folder, |row| reading.add_timing(row))?;
+    for_each_row(folder, |row| {
+        reading.add_answer(row);
         Ok(())
     })?;
     if has_rows::<SingleRow>(folder) {
-        for_each_row(folder, |row: SingleRow| {
-            is_asked(row.launch)?;
-            let scene = scenes.entry(row.scene.clone()).or_default();
-            let (case, pose) = (cases.get(&row.case), scene.poses.get(&row.pose));
-            let (Some(case), Some(&(chunk, _))) = (case, pose) else {
-                let what = format!("case `{}` or pose {}", row.case, row.pose);
-                wrong.get_or_insert(unknown("singles.csv", &row.scene, what));
-                return Ok(());
-            };
-            if !scene.binaries.note(row.launch, row.binary) {
-                wrong.get_or_insert(two_binaries(&row.scene, row.launch));
-            }
-            let SingleRow { cache, pose, launch, ns, .. } = row;
-            let single = Single { cache, pose, chunk, launch, ns: ns as f64 };
-            scene.singles.entry(case.clone()).or_default().push(single);
-            Ok(())
-        })?;
+        for_each_row(folder, |row| reading.add_single(row))?;
     }
-    for_each_row(folder, |row: BuildRow| {
-        is_asked(row.launch)?;
-        let scene = scenes.entry(row.scene.clone()).or_default();
-        scene.launches = scene.launches.max(row.launch as usize + 1);
-        if !scene.binaries.note(row.launch, row.binary) {
-            wrong.get_or_insert(two_binaries(&row.scene, row.launch));
+    for_each_row(folder, |row| reading.add_build(row))?;
+    if let Some(error) = reading.wrong {
+        return Err(error);
+    }
+    for (name, scene) in &mut reading.scenes {
+        scene.sort(name)?;
+    }
+    Ok(reading.scenes)
+}
+
+/// The scenes as far as they have been read.
+struct Reading {
+    cases: BTreeMap<String, CaseKey>,
+    request: Request,
+    /// Numbers of lines by scene, workload, pair and line.
+    lines: BTreeMap<(String, String, String, u32), u32>,
+    scenes: BTreeMap<String, Scene>,
+    /// What is wrong with the first row that does not fit the others.
+    wrong: Option<AnalysisError>,
+}
+
+impl Reading {
+    fn add_pose(&mut self, row: PoseRow) {
+        if !self.scenes.entry(row.scene.clone()).or_default().add_pose(&row, &mut self.lines) {
+            self.wrong.get_or_insert(AnalysisError::Pose { scene: row.scene, pose: row.pose });
         }
-        let case = row.case();
+    }
+
+    fn add_timing(&mut self, row: TimingRow) -> Result<(), &'static str> {
+        self.check_launch(row.launch)?;
+        if row.block >= self.request.blocks {
+            return Err("a launch has fewer blocks (manifest.json)");
+        }
+        let scene = self.scenes.entry(row.scene.clone()).or_default();
+        let (Some(case), Some(chunk)) = (self.cases.get(&row.case), scene.chunks.get(&row.chunk)) else {
+            self.note_unknown(TimingRow::FILE, row.scene, format!("case `{}` or chunk {}", row.case, row.chunk));
+            return Ok(());
+        };
+        let ns = row.ns as f64 / (f64::from(chunk.poses) * f64::from(row.passes));
+        let sample = Sample { launch: row.launch, block: row.block, item: row.chunk, ns };
+        scene.timings.entry(case.clone()).or_default().push(sample);
+        scene.launches = scene.launches.max(row.launch as usize + 1);
+        self.note_binary(row.scene, row.launch, row.binary);
+        Ok(())
+    }
+
+    fn add_answer(&mut self, row: AnswerRow) {
+        let scene = self.scenes.entry(row.scene.clone()).or_default();
+        let (Some(case), Some(&(chunk, line))) = (self.cases.get(&row.case), scene.poses.get(&row.pose)) else {
+            self.note_unknown(AnswerRow::FILE, row.scene, format!("case `{}` or pose {}", row.case, row.pose));
+            return;
+        };
+        let AnswerRow { pose, volume_tests, triangle_tests, .. } = row;
+        let (stratum, touches) = (scene.chunks[&chunk].stratum, row.verdict == 1);
+        let query = Query { pose, chunk, line, stratum, touches, volume_tests, triangle_tests };
+        scene.queries.entry(case.clone()).or_default().push(query);
+    }
+
+    fn add_single(&mut self, row: SingleRow) -> Result<(), &'static str> {
+        self.check_launch(row.launch)?;
+        let scene = self.scenes.entry(row.scene.clone()).or_default();
+        let (Some(case), Some(&(chunk, _))) = (self.cases.get(&row.case), scene.poses.get(&row.pose)) else {
+            self.note_unknown(SingleRow::FILE, row.scene, format!("case `{}` or pose {}", row.case, row.pose));
+            return Ok(());
+        };
+        let SingleRow { cache, pose, launch, ns, .. } = row;
+        scene.singles.entry(case.clone()).or_default().push(Single { cache, pose, chunk, launch, ns: ns as f64 });
+        self.note_binary(row.scene, launch, row.binary);
+        Ok(())
+    }
+
+    fn add_build(&mut self, row: BuildRow) -> Result<(), &'static str> {
+        self.check_launch(row.launch)?;
+        let (case, scene) = (row.case(), self.scenes.entry(row.scene.clone()).or_default());
         let item = intern(&mut scene.parts, row.part);
         let sample = Sample { launch: row.launch, block: row.block, item, ns: row.ns as f64 };
         scene.builds.entry(case).or_default().push(sample);
+        scene.launches = scene.launches.max(row.launch as usize + 1);
+        self.note_binary(row.scene, row.launch, row.binary);
         Ok(())
-    })?;
-    if let Some(error) = wrong {
-        return Err(error);
     }
-    for (name, scene) in &mut scenes {
-        scene.sort(name)?;
-    }
-    Ok(scenes)
-}
 
-fn two_binaries(scene: &str, launch: u32) -> AnalysisError {
-    AnalysisError::Binary { scene: scene.to_owned(), launch }
+    /// Launches number cells of memory, so each is compared with the request before it is used.
+    const fn check_launch(&self, launch: u32) -> Result<(), &'static str> {
+        if launch < self.request.launches { Ok(()) } else { Err("the run has fewer launches (manifest.json)") }
+    }
+
+    fn note_binary(&mut self, scene: String, launch: u32, binary: u32) {
+        if !self.scenes.entry(scene.clone()).or_default().binaries.note(launch, binary) {
+            self.wrong.get_or_insert(AnalysisError::Binary { scene, launch });
+        }
+    }
+
+    fn note_unknown(&mut self, file: &'static str, scene: String, what: String) {
+        self.wrong.get_or_insert(AnalysisError::Unknown { file, scene, what });
+    }
 }
 
 fn intern<K: Ord>(numbers: &mut BTreeMap<K, u32>, key: K) -> u32 {
@@ -568,10 +582,7 @@ impl Query {
 
 /// The median over blocks for each launch and chunk, ns.
 pub(super) fn chunk_times(samples: &[Sample]) -> BTreeMap<(u32, u32), f64> {
-    let mut blocks: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
-    for sample in samples {
-        blocks.entry((sample.launch, sample.item)).or_default().push(sample.ns);
-    }
+    let blocks = grouped(samples.iter().map(|sample| ((sample.launch, sample.item), sample.ns)));
     blocks.into_iter().map(|(key, ns)| (key, median(ns))).collect()
 }
 

@@ -17,6 +17,7 @@
 //!   over the means of binaries if there are several (Kalibera and Jones 2013, ISMM, section 9: repeat at the highest level). A single
 //!   launch gives no interval.
 
+use super::grouped;
 use super::stats::{Interval, RESAMPLES, below, generator, over_strata, quantile, student_95, student_tails};
 use rand_pcg::Pcg64;
 use std::collections::{BTreeMap, BTreeSet};
@@ -81,13 +82,8 @@ impl Binaries {
 
     /// The launches of each binary that occurs, in the order of the binaries' numbers.
     pub fn launches(&self) -> Vec<Vec<usize>> {
-        let mut binaries: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for (launch, binary) in self.0.iter().enumerate() {
-            if let Some(binary) = binary {
-                binaries.entry(*binary).or_default().push(launch);
-            }
-        }
-        binaries.into_values().collect()
+        let known = self.0.iter().enumerate().filter_map(|(launch, binary)| Some(((*binary)?, launch)));
+        grouped(known).into_values().collect()
     }
 
     /// The binary that a launch ran; 0 for an unknown launch.

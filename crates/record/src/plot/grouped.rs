@@ -3,7 +3,7 @@
 
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX, text};
 use super::data::Entry;
-use super::marks::{LEGEND_PX, legend, legend_height};
+use super::marks::{LEGEND_PX, Pixel, legend, legend_height};
 use super::ticks::{Axis, Scale};
 use plotters::prelude::*;
 
@@ -207,35 +207,45 @@ impl Panel {
             let ends = vec![pixel(0.0, reference), pixel(count as f64, reference)];
             area.draw(&PathElement::new(ends, BLACK.stroke_width(2)))?;
         }
+        (0..self.series.len()).try_for_each(|s| self.draw_series(area, s, bottom, &pixel))
+    }
+
+    /// Draws the marks of a series in its slot of each category; bars stand on `bottom`.
+    fn draw_series<DB: DrawingBackend>(
+        &self,
+        area: &Area<DB>,
+        s: usize,
+        bottom: f64,
+        pixel: &impl Fn(f64, f64) -> Pixel,
+    ) -> DrawResult<DB> {
         let slot = 0.84 / self.series.len() as f64;
-        for (s, series) in self.series.iter().enumerate() {
-            let look = series.entry.look;
-            let offset = if self.form == Form::Lines { 0.5 } else { 0.08 + slot * (s as f64 + 0.5) };
-            let mut path = Vec::new();
-            for (c, point) in series.points.iter().enumerate() {
-                let Some(point) = point else { continue };
-                let x = c as f64 + offset;
-                let [value, from, to] = [point.value, point.low, point.high].map(|v| self.scale.coordinate(v));
-                let at = pixel(x, value);
-                if self.form == Form::Bars {
-                    let (near, far) = (pixel(x - slot * 0.42, bottom), pixel(x + slot * 0.42, value));
-                    area.draw(&Rectangle::new([near, far], look.colour.mix(0.55).filled()))?;
-                    area.draw(&Rectangle::new([near, far], look.colour.stroke_width(2)))?;
-                }
-                // What a logarithmic axis cannot show lies below it: an arrow from the upper end says so.
-                if value == f64::NEG_INFINITY {
-                    look.at_most(area, at.0, pixel(x, to).1)?;
-                    continue;
-                }
-                if point.low < point.high {
-                    look.whisker(area, at.0, pixel(x, from).1, pixel(x, to).1)?;
-                }
-                look.mark(area, at)?;
-                path.push(at);
+        let offset = if self.form == Form::Lines { 0.5 } else { 0.08 + slot * (s as f64 + 0.5) };
+        let Series { entry, points } = &self.series[s];
+        let look = entry.look;
+        let mut path = Vec::new();
+        for (c, point) in points.iter().enumerate() {
+            let Some(point) = point else { continue };
+            let x = c as f64 + offset;
+            let [value, from, to] = [point.value, point.low, point.high].map(|v| self.scale.coordinate(v));
+            let at = pixel(x, value);
+            if self.form == Form::Bars {
+                let (near, far) = (pixel(x - slot * 0.42, bottom), pixel(x + slot * 0.42, value));
+                area.draw(&Rectangle::new([near, far], look.colour.mix(0.55).filled()))?;
+                area.draw(&Rectangle::new([near, far], look.colour.stroke_width(2)))?;
             }
-            if self.form == Form::Lines {
-                area.draw(&PathElement::new(path, look.colour.stroke_width(2)))?;
+            // What a logarithmic axis cannot show lies below it: an arrow from the upper end says so.
+            if value == f64::NEG_INFINITY {
+                look.at_most(area, at.0, pixel(x, to).1)?;
+                continue;
             }
+            if point.low < point.high {
+                look.whisker(area, at.0, pixel(x, from).1, pixel(x, to).1)?;
+            }
+            look.mark(area, at)?;
+            path.push(at);
+        }
+        if self.form == Form::Lines {
+            area.draw(&PathElement::new(path, look.colour.stroke_width(2)))?;
         }
         Ok(())
     }

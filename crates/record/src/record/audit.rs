@@ -3,7 +3,7 @@
 use super::rows::{Row, row_file};
 use serde::{Deserialize, Serialize};
 
-row_file! {
+row_file! { FILES:
     AuditCellRow => "audit_cells.csv",
     AuditEffectRow => "audit_effects.csv",
     AuditShareRow => "audit_shares.csv",

@@ -4,7 +4,7 @@ use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-row_file! {
+row_file! { FILES:
     CostRow => "costs.csv",
     CostChunkRow => "cost_chunks.csv",
     DeadlineRow => "deadlines.csv",

@@ -37,10 +37,8 @@ pub struct Manifest {
     /// The machine it ran on.
     pub machine: MachineFacts,
     /// The clock that timed it; `None` before it was measured.
-    #[serde(default)]
     pub clock: Option<ClockEntry>,
     /// How the caches were emptied before cold queries; `None` without cold queries.
-    #[serde(default)]
     pub cold: Option<ColdEntry>,
     /// The variant whose default case the `null` method duplicates; empty without one.
     pub null_of: String,
@@ -54,7 +52,7 @@ pub struct Manifest {
     #[serde(default)]
     pub rows: BTreeMap<String, String>,
     /// Which part of the plan the folder holds; `None` for a whole run.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<ShardEntry>,
 }
 

@@ -39,28 +39,36 @@ impl Row for BuildRow {
     }
 }
 
-/// Says which file each row type lives in.
+/// Says which file each row type lives in, and gives the list of the files a name.
 macro_rules! row_file {
+    ($list:ident: $($row:ty => $file:literal),* $(,)?) => {
+        /// The files of these rows.
+        pub const $list: &[&str] = &[$($file),*];
+        row_file! { $($row => $file),* }
+    };
     ($($row:ty => $file:literal),* $(,)?) => { $(impl Row for $row { const FILE: &'static str = $file; })* };
 }
 pub(super) use row_file;
 
-row_file! {
+row_file! { MEASURED:
     CaseRow => "cases.csv",
     PoseRow => "poses.csv",
     AnswerRow => "answers.csv",
     LineRow => "lines.csv",
     MissRow => "misses.csv",
-    ProgramTimeRow => "program_times.csv",
     VerificationRow => "verification.csv",
     TreeRow => "trees.csv",
     TightnessRow => "tightness.csv",
     ExitRow => "exits.csv",
     OutlineRow => "outlines.csv",
+    SingleRow => "singles.csv",
+}
+
+row_file! { DERIVED:
+    ProgramTimeRow => "program_times.csv",
     SummaryRow => "summary.csv",
     RatioRow => "ratios.csv",
     ClaimRow => "claims.csv",
-    SingleRow => "singles.csv",
     VarianceRow => "variance.csv",
 }
 
@@ -135,7 +143,6 @@ pub struct PoseRow {
     /// 1 when the surfaces do not touch but one solid lies inside the other.
     pub contained: u8,
     /// Number of poses of the workload that were judged, of this pair and stratum; empty for whole programs, and in older records.
-    #[serde(default)]
     pub judged: Option<u32>,
 }
 
@@ -297,25 +304,18 @@ pub struct TreeRow {
     /// area centroid to the mean of the corners: positive is toward the finely triangulated side.
     pub drift_mm: f64,
     /// Volume of the root, mm³; this and what follows is empty in older records and for what is no binary tree of volumes.
-    #[serde(default)]
     pub root_volume_mm3: Option<f64>,
     /// Volume of the part's convex hull, mm³; empty when it is flat.
-    #[serde(default)]
     pub hull_mm3: Option<f64>,
     /// Sum of the surface areas of all volumes, mm².
-    #[serde(default)]
     pub volumes_area_mm2: Option<f64>,
     /// Area of the part, mm².
-    #[serde(default)]
     pub part_area_mm2: Option<f64>,
     /// Nodes with a corner outside their volume.
-    #[serde(default)]
     pub outside_nodes: Option<u64>,
     /// Corners outside their node's volume, counted once for each node that holds them, percent.
-    #[serde(default)]
     pub outside_corners_pct: Option<f64>,
     /// Largest distance of a corner from its node's volume, mm.
-    #[serde(default)]
     pub overhang_mm: Option<f64>,
 }
 
@@ -358,10 +358,8 @@ pub struct TightnessRow {
     /// Largest distance of a corner from its node's volume, mm (0 when all are inside).
     pub overhang_mm: f64,
     /// Largest directed Hausdorff distance from a node's volume to the convex hull of its contents, mm; upper levels only.
-    #[serde(default)]
     pub hausdorff_mm: Option<f64>,
     /// Sum of the volumes that lie in both of two siblings, mm³, by sampling; upper levels only, and not at the root.
-    #[serde(default)]
     pub sibling_overlap_mm3: Option<f64>,
 }
 
@@ -472,16 +470,12 @@ pub struct SummaryRow {
     #[serde(default)]
     pub single_poses: u64,
     /// Median over poses of the time of a single query, warm, with one reading of the clock in it, ns; of each pose the median reading.
-    #[serde(default)]
     pub query_p50_ns: Option<f64>,
     /// 95th percentile of the same, ns.
-    #[serde(default)]
     pub query_p95_ns: Option<f64>,
     /// 99th percentile, ns.
-    #[serde(default)]
     pub query_p99_ns: Option<f64>,
     /// Largest, ns.
-    #[serde(default)]
     pub query_max_ns: Option<f64>,
     /// Median over chunks of the chunk's mean query time, ns.
     #[serde(alias = "median_ns")]

@@ -7,7 +7,7 @@ use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-row_file! {
+row_file! { FILES:
     FactorRow => "factors.csv",
     CountRow => "counts.csv",
 }

@@ -4,7 +4,7 @@ use super::rows::{Row, row_file};
 use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
-row_file! {
+row_file! { FILES:
     SweepSummaryRow => "sweep_summary.csv",
     SweepGrowthRow => "sweep_growth.csv",
 }

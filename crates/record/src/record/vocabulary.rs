@@ -2,6 +2,26 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Defines an enum by the names of its values: `ALL` lists them in order, `id` names one, and files hold the names.
+macro_rules! named {
+    ($(#[$about:meta])* $vis:vis enum $name:ident { $($(#[$doc:meta])* $value:ident = $id:literal),* $(,)? }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+        $vis enum $name { $($(#[$doc])* #[serde(rename = $id)] $value),* }
+
+        impl $name {
+            /// All values, in order.
+            $vis const ALL: [Self; [$($id),*].len()] = [$(Self::$value),*];
+
+            /// The name in files and on the command line.
+            $vis const fn id(self) -> &'static str {
+                match self { $(Self::$value => $id),* }
+            }
+        }
+    };
+}
+pub(crate) use named;
+
 /// Id of the duplicate of another variant, which shows the noise of the comparison itself.
 pub const NULL_VARIANT: &str = "null-duplicate";
 /// Wildcard that selects every variant.
@@ -50,24 +70,21 @@ impl Kind {
     }
 }
 
-/// How far a pair is from contact at a pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stratum {
-    /// The surfaces touch.
-    Colliding,
-    /// Apart by at most 1 mm.
-    NearMiss,
-    /// Apart by more than 1 mm and at most 10 mm.
-    Medium,
-    /// Apart by more than 10 mm.
-    Far,
+named! {
+    /// How far a pair is from contact at a pose.
+    pub enum Stratum {
+        /// The surfaces touch.
+        Colliding = "colliding",
+        /// Apart by at most 1 mm.
+        NearMiss = "near-miss",
+        /// Apart by more than 1 mm and at most 10 mm.
+        Medium = "medium",
+        /// Apart by more than 10 mm.
+        Far = "far",
+    }
 }
 
 impl Stratum {
-    /// All strata, nearest first.
-    pub const ALL: [Self; 4] = [Self::Colliding, Self::NearMiss, Self::Medium, Self::Far];
-
     /// The distances that part near misses from medium poses and these from far ones, mm.
     pub const BORDERS_MM: [f64; 2] = [1.0, 10.0];
 
@@ -80,60 +97,31 @@ impl Stratum {
             _ => Self::Far,
         }
     }
+}
 
-    /// The name in files.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Colliding => "colliding",
-            Self::NearMiss => "near-miss",
-            Self::Medium => "medium",
-            Self::Far => "far",
-        }
+named! {
+    /// How deep a colliding pose is: travel past first contact in mm, in intervals open below and closed above.
+    pub enum Band {
+        /// At most 1e-6 mm from first contact: either answer is right.
+        Grazing = "grazing",
+        /// (1e-6, 1e-3] mm.
+        Micron = "1e-6..1e-3",
+        /// (1e-3, 0.01] mm.
+        TenMicron = "1e-3..0.01",
+        /// (0.01, 0.1] mm.
+        HundredMicron = "0.01..0.1",
+        /// (0.1, 1] mm.
+        Millimetre = "0.1..1",
+        /// (1, 5] mm.
+        FiveMillimetre = "1..5",
+        /// More than 5 mm.
+        Deep = "over-5",
+        /// Apart by more than 1e-6 mm.
+        Clear = "clear",
     }
 }
 
-/// How deep a colliding pose is: travel past first contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Band {
-    /// At most 1e-6 mm from first contact: either answer is right.
-    #[serde(rename = "grazing")]
-    Grazing,
-    /// (1e-6, 1e-3] mm.
-    #[serde(rename = "1e-6..1e-3")]
-    Micron,
-    /// (1e-3, 0.01] mm.
-    #[serde(rename = "1e-3..0.01")]
-    TenMicron,
-    /// (0.01, 0.1] mm.
-    #[serde(rename = "0.01..0.1")]
-    HundredMicron,
-    /// (0.1, 1] mm.
-    #[serde(rename = "0.1..1")]
-    Millimetre,
-    /// (1, 5] mm.
-    #[serde(rename = "1..5")]
-    FiveMillimetre,
-    /// More than 5 mm.
-    #[serde(rename = "over-5")]
-    Deep,
-    /// Apart by more than 1e-6 mm.
-    #[serde(rename = "clear")]
-    Clear,
-}
-
 impl Band {
-    /// All bands: grazing, then deeper and deeper, then clear.
-    pub const ALL: [Self; 8] = [
-        Self::Grazing,
-        Self::Micron,
-        Self::TenMicron,
-        Self::HundredMicron,
-        Self::Millimetre,
-        Self::FiveMillimetre,
-        Self::Deep,
-        Self::Clear,
-    ];
-
     /// Within this travel of first contact, mm, a pose is grazing.
     pub const GRAZING_MM: f64 = 1e-6;
 
@@ -147,20 +135,6 @@ impl Band {
             d if d <= 1.0 => Self::Millimetre,
             d if d <= 5.0 => Self::FiveMillimetre,
             _ => Self::Deep,
-        }
-    }
-
-    /// The name in files: the interval of travel in mm, open below and closed above.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Grazing => "grazing",
-            Self::Micron => "1e-6..1e-3",
-            Self::TenMicron => "1e-3..0.01",
-            Self::HundredMicron => "0.01..0.1",
-            Self::Millimetre => "0.1..1",
-            Self::FiveMillimetre => "1..5",
-            Self::Deep => "over-5",
-            Self::Clear => "clear",
         }
     }
 

@@ -10,7 +10,7 @@ use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind}
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, counted, distinct, is_query_time, ranked_by};
+use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
@@ -149,21 +149,28 @@ fn paired_in<'a>(
     baseline: &CaseRef,
     workload: Option<&str>,
 ) -> Vec<&'a RatioRow> {
-    let is = |case: &CaseRef, variant: &str, policy: &str| {
-        case.variant == variant
-            && case.policy.as_deref().map_or_else(|| is_default(contents, variant, policy), |wanted| wanted == policy)
-    };
     let wanted = |row: &&RatioRow| {
         row.stratum == ALL
             && is_query_time(row)
-            && is(subject, &row.variant, &row.policy)
-            && is(baseline, &row.baseline, &row.baseline_policy)
+            && is_case(contents, subject, &row.variant, &row.policy)
+            && is_case(contents, baseline, &row.baseline, &row.baseline_policy)
     };
     let of = |scene: &str| {
         let workload = workload.or_else(|| ranked_by(&contents.ratios, scene))?;
         contents.ratios.iter().filter(wanted).find(|row| row.scene == scene && row.workload == workload)
     };
     contents.manifest.scenes.iter().filter_map(|scene| of(&scene.name)).collect()
+}
+
+/// The ratios of a variant to a baseline, both under their default policies.
+pub(super) fn paired_by_default<'a>(contents: &'a Contents, variant: &str, baseline: &str) -> Vec<&'a RatioRow> {
+    paired(contents, &CaseRef::default_of(variant), &CaseRef::default_of(baseline))
+}
+
+/// Whether a variant with a policy is the case that is meant.
+pub(super) fn is_case(contents: &Contents, case: &CaseRef, variant: &str, policy: &str) -> bool {
+    case.variant == variant
+        && case.policy.as_deref().map_or_else(|| is_default(contents, variant, policy), |wanted| wanted == policy)
 }
 
 /// Whether a policy is the default policy of its variant.
@@ -186,13 +193,11 @@ fn misses(contents: &Contents) -> Statement {
     } else {
         "What do the boxes as printed miss?".to_owned()
     };
-    let ours = |kind: Kind| matches!(kind, Kind::Volume | Kind::Engine | Kind::Sampling);
-    let default = |variant: &str| tallies(contents, &CaseRef { variant: variant.to_owned(), policy: None });
-    let entries = || contents.manifest.variants.iter().filter(|v| v.id != NULL_VARIANT && ours(v.kind));
+    let default = |variant: &str| tallies(contents, &CaseRef::default_of(variant));
+    let entries = || contents.manifest.variants.iter().filter(|v| v.id != NULL_VARIANT && v.kind.is_ours());
     let mut unsafe_cases = printed;
     if unsafe_cases.is_empty() {
-        let cases = entries().filter(|v| !v.safe).map(|v| CaseRef { variant: v.id.clone(), policy: None });
-        unsafe_cases = cases.collect();
+        unsafe_cases = entries().filter(|v| !v.safe).map(|v| CaseRef::default_of(&v.id)).collect();
     }
     let found: Vec<Tallies<'_>> = unsafe_cases.iter().map(|case| tallies(contents, case)).collect();
     let rates = unsafe_cases
@@ -273,16 +278,9 @@ type Tallies<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a Tally)>>;
 
 /// The tallies of a case by workload, one for each scene in which it was verified.
 fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
-    let is_it = |key: &CaseKey| {
-        let policy = key.policy();
-        let wanted = case.policy.as_ref().map_or_else(|| is_default(contents, &key.variant, &policy), |p| *p == policy);
-        key.variant == case.variant && wanted
-    };
-    let mut of_workloads = Tallies::new();
-    for (scene, _, workload, tally) in contents.misses.verified().filter(|(_, key, ..)| is_it(key)) {
-        of_workloads.entry(workload).or_default().push((scene, tally));
-    }
-    of_workloads
+    let is_it = |key: &CaseKey| is_case(contents, case, &key.variant, &key.policy());
+    let verified = contents.misses.verified().filter(|(_, key, ..)| is_it(key));
+    grouped(verified.map(|(scene, _, workload, tally)| (workload, (scene, tally))))
 }
 
 /// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when no query was at a contact.
@@ -414,15 +412,14 @@ fn untimed(contents: &Contents) -> String {
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
 fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Timed<'a>> {
-    let reference = CaseRef { variant: baseline.to_owned(), policy: None };
     let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
     let timed = volumes.filter_map(|entry| {
         if entry.variant == *baseline {
             let interval = Some((1.0, 1.0));
             return Some(Timed { label: &entry.label, ratio: 1.0, interval, undecided: None });
         }
-        let case = CaseRef { variant: entry.variant.clone(), policy: None };
-        let row = paired(contents, &case, &reference).into_iter().find(|row| row.scene == scene)?;
+        let rows = paired_by_default(contents, &entry.variant, baseline);
+        let row = rows.into_iter().find(|row| row.scene == scene)?;
         let is_program = row.metric == PROGRAM_TIME;
         let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
         let undecided = (row.clusters < fewest).then_some(reason);

@@ -1,8 +1,8 @@
 //! The report of an audit, `audit.md`: which factor matters, which cells are best, and what the boxes leave out.
 
 use super::ReportError;
-use crate::analysis::ALL;
 use crate::analysis::audit::{RESPONSES, SAFE};
+use crate::analysis::{ALL, distinct};
 use crate::plot::read_gallery;
 use crate::record::{AuditCellRow, AuditShareRow, Manifest, read_rows, write_text};
 use std::fmt::Write;
@@ -118,22 +118,17 @@ fn containment(cells: &[AuditCellRow]) -> String {
     let mut text = "## What the centre leaves out\n\n| orientation | centre | corners outside, % | farthest, mm | contacts missed |\n\
                     |---|---|---:|---:|---:|\n"
         .to_owned();
-    let mut seen: Vec<(&str, &str)> = Vec::new();
-    for row in cells.iter().filter(|row| row.scene == scene) {
-        let key = (row.orientation.as_str(), row.centre.as_str());
-        if seen.contains(&key) {
-            continue;
-        }
-        seen.push(key);
-        let members: Vec<&AuditCellRow> = cells
-            .iter()
-            .filter(|other| other.scene == scene && (other.orientation.as_str(), other.centre.as_str()) == key)
-            .collect();
+    let of_scene = || cells.iter().filter(|row| row.scene == scene);
+    fn key(row: &AuditCellRow) -> (&str, &str) {
+        (&row.orientation, &row.centre)
+    }
+    for (orientation, centre) in distinct(of_scene().map(key)) {
+        let members: Vec<&AuditCellRow> = of_scene().filter(|row| key(row) == (orientation, centre)).collect();
         let outside = members.iter().map(|m| m.outside_corners_pct).sum::<f64>() / members.len() as f64;
         let farthest = members.iter().map(|m| m.overhang_mm).fold(0.0, f64::max);
         let (missed, touching) =
             members.iter().fold((0, 0), |(missed, touching), m| (missed + m.missed, touching + m.touching));
-        let _ = writeln!(text, "| {} | {} | {outside:.2} | {farthest:.2} | {missed} of {touching} |", key.0, key.1);
+        let _ = writeln!(text, "| {orientation} | {centre} | {outside:.2} | {farthest:.2} | {missed} of {touching} |");
     }
     text + "\nCorners count once for each node that holds them; contacts count once for each split rule and leaf size.\n"
 }

@@ -1,12 +1,12 @@
 //! The report as Markdown, section by section.
 
 use super::Contents;
-use super::answer::{answer, is_default, paired, quantity, ratio};
+use super::answer::{answer, is_default, paired_by_default, quantity, ratio};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
 use super::tables::{Table, interval, number};
 use crate::analysis::ALL;
-use crate::analysis::claims::{CaseRef, Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
+use crate::analysis::claims::{Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
 use crate::record::command::{has_option, quoted};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
@@ -221,8 +221,7 @@ fn ranking(contents: &Contents) -> String {
     let (mut volumes, mut others) = (Table::new(&headings), Table::new(&headings));
     for (place, entry) in (1..).zip(&contents.ranking) {
         let is_volume = entry.kind == Kind::Volume;
-        let [subject, reference] = [&entry.variant, baseline].map(|id| CaseRef { variant: id.clone(), policy: None });
-        let rows = paired(contents, &subject, &reference);
+        let rows = paired_by_default(contents, &entry.variant, baseline);
         let per_scene = scenes.iter().map(|scene| {
             let wanted = rows.iter().find(|r| r.scene == *scene);
             wanted.map_or_else(|| "-".to_owned(), |row| ratio(row))

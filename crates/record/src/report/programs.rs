@@ -1,7 +1,7 @@
 //! The time of whole programs for the proposed case and its baseline, scene by scene; this is the paper's own quantity.
 
 use super::Contents;
-use super::answer::{is_default, paired, proposed};
+use super::answer::{is_case, paired, proposed};
 use crate::analysis::ALL;
 use crate::analysis::claims::CaseRef;
 use crate::record::PROGRAM_TIME;
@@ -54,13 +54,8 @@ pub fn table(contents: &Contents) -> Vec<ProgramTotals> {
 
 /// The sum over a scene's programs for a case, ns.
 fn total(contents: &Contents, scene: &str, case: &CaseRef) -> Option<[f64; 3]> {
-    let row = contents.program_times.iter().find(|row| {
-        let policy = row.case().policy();
-        row.scene == scene
-            && row.program == ALL
-            && row.variant == case.variant
-            && case.policy.as_ref().map_or_else(|| is_default(contents, &row.variant, &policy), |p| *p == policy)
-    })?;
+    let mut rows = contents.program_times.iter().filter(|row| row.scene == scene && row.program == ALL);
+    let row = rows.find(|row| is_case(contents, case, &row.variant, &row.case().policy()))?;
     let end = |end: f64| if end.is_finite() { end } else { row.total_ns };
     Some([row.total_ns, end(row.total_low_ns), end(row.total_high_ns)])
 }

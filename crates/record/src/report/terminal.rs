@@ -1,10 +1,9 @@
 //! The data that the command line prints at the end of a run.
 
 use super::Contents;
-use super::answer::paired;
+use super::answer::paired_by_default;
 use super::sentences::{Group, sentences};
 use super::tables::{interval, number};
-use crate::analysis::claims::CaseRef;
 use crate::record::Kind;
 
 /// One sentence of the paper that was judged.
@@ -58,8 +57,7 @@ pub struct RankedRow {
 pub fn ranked_rows(contents: &Contents) -> Vec<RankedRow> {
     let Some(baseline) = contents.claims.comparison.baselines.first() else { return Vec::new() };
     let row = |(place, entry): (usize, &crate::analysis::Ranked)| {
-        let [subject, reference] = [&entry.variant, baseline].map(|id| CaseRef { variant: id.clone(), policy: None });
-        let rows = paired(contents, &subject, &reference);
+        let rows = paired_by_default(contents, &entry.variant, baseline);
         let scenes = contents.manifest.scenes.iter().map(|scene| {
             let row = rows.iter().find(|row| row.scene == scene.name);
             let own = if entry.variant == *baseline { "1" } else { "-" };

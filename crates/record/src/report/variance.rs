@@ -1,7 +1,7 @@
 //! The report's section on repetition: the sources of the spread of program times, and how often the next run should repeat.
 
-use super::Contents;
 use super::tables::{Table, interval, number};
+use super::{Contents, answer};
 use crate::analysis::variance;
 use crate::analysis::words::listed;
 use crate::record::{NULL_VARIANT, VarianceRow};
@@ -10,10 +10,7 @@ use std::collections::BTreeSet;
 /// The section; empty for a run that was analysed before variance components existed.
 pub(super) fn section(contents: &Contents) -> String {
     let is_default = |row: &&VarianceRow| {
-        let entry = contents.manifest.variants.iter().find(|entry| entry.id == row.variant);
-        let policy = row.case().policy();
-        row.variant == NULL_VARIANT
-            || entry.is_some_and(|entry| entry.policies.first().is_none_or(|first| *first == policy))
+        row.variant == NULL_VARIANT || answer::is_default(contents, &row.variant, &row.case().policy())
     };
     let wanted = |row: &&VarianceRow| variance::ranks(&contents.variance, row) && !row.baseline.is_empty();
     let rows: Vec<&VarianceRow> = contents.variance.iter().filter(wanted).filter(is_default).collect();
@@ -49,34 +46,35 @@ pub(super) fn section(contents: &Contents) -> String {
     let workloads: BTreeSet<String> = rows.iter().map(|row| format!("`{}`", row.workload)).collect();
     let workloads: Vec<String> = workloads.into_iter().collect();
     let of = format!("workload{} {}", if workloads.len() == 1 { "" } else { "s" }, listed(&workloads));
-    let place = |row: &VarianceRow| format!("{} in {}", contents.label(&row.variant), row.scene);
-    let advice = variance::next_run(&contents.variance, &contents.manifest).map_or_else(
-        || {
-            "This run plans nothing: a pilot needs two binaries, two launches of each and two blocks of each launch (`scripts/binaries`, \
-             `--binary`).\n\n"
-                .to_owned()
-        },
-        |next| {
-            let beyond: Vec<String> = next.beyond.iter().map(place).collect();
-            let beyond = if beyond.is_empty() {
-                String::new()
-            } else {
-                format!(" Not enough for {}: more than {} binaries.", beyond.join(", "), variance::MOST_BINARIES)
-            };
-            format!(
-                "The next run needs {} binaries, {} launch(es) of each and {} block(s) of each launch, the most of each that a safe volume \
-                 under its default policy needs: `--plan-from` this folder. {} needs the most binaries.{beyond}\n\n",
-                next.binaries,
-                next.launches,
-                next.blocks,
-                place(&next.decisive),
-            )
-        },
-    );
     format!(
         "## Variance components\n\nStandard deviations of the ratio to {baseline} in {of}, by what was repeated: {binaries} \
          binary(ies) of shuffled layout, {launches} launch(es) of each, {blocks} block(s) of each launch. `-` where nothing was repeated. All \
-         cases and workloads are in `variance.csv`.\n\n{}{advice}",
-        table.finish()
+         cases and workloads are in `variance.csv`.\n\n{}{}",
+        table.finish(),
+        advice(contents)
+    )
+}
+
+/// How often the next run should repeat.
+fn advice(contents: &Contents) -> String {
+    let Some(next) = variance::next_run(&contents.variance, &contents.manifest) else {
+        return "This run plans nothing: a pilot needs two binaries, two launches of each and two blocks of each launch (`scripts/binaries`, \
+                `--binary`).\n\n"
+            .to_owned();
+    };
+    let place = |row: &VarianceRow| format!("{} in {}", contents.label(&row.variant), row.scene);
+    let beyond: Vec<String> = next.beyond.iter().map(place).collect();
+    let beyond = if beyond.is_empty() {
+        String::new()
+    } else {
+        format!(" Not enough for {}: more than {} binaries.", beyond.join(", "), variance::MOST_BINARIES)
+    };
+    format!(
+        "The next run needs {} binaries, {} launch(es) of each and {} block(s) of each launch, the most of each that a safe volume \
+        under its default policy needs: `--plan-from` this folder. {} needs the most binaries.{beyond}\n\n",
+        next.binaries,
+        next.launches,
+        next.blocks,
+        place(&next.decisive),
     )
 }

@@ -17,6 +17,7 @@ use super::table::{self, Scene};
 use super::words::listed;
 use super::{ALL, AnalysisError, EQUAL};
 use crate::record::rows::CaseKey;
+use crate::record::vocabulary::named;
 use crate::record::{
     ClaimRow, Manifest, NULL_VARIANT, PROGRAM_TIME, RatioRow, TightnessRow, TreeRow, read_rows, read_rows_if_there,
 };
@@ -106,32 +107,17 @@ pub struct SceneMatch {
     pub drift: Option<f64>,
 }
 
-/// A reason why a later run is not accepted in the place of an earlier one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Gate {
-    /// A case misses contacts that it did not miss.
-    Misses,
-    /// Operations of a query, or a tree, are others.
-    Counts,
-    /// Queries, programs or constructions of a case take longer, beyond noise.
-    Slower,
-    /// A scene of the earlier run is not compared, or a case is not there any more.
-    Uncompared,
-}
-
-impl Gate {
-    /// All gates.
-    pub const ALL: [Self; 4] = [Self::Misses, Self::Counts, Self::Slower, Self::Uncompared];
-
-    /// The name on the command line.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Misses => "misses",
-            Self::Counts => "counts",
-            Self::Slower => "slower",
-            Self::Uncompared => "uncompared",
-        }
+named! {
+    /// A reason why a later run is not accepted in the place of an earlier one.
+    pub enum Gate {
+        /// A case misses contacts that it did not miss.
+        Misses = "misses",
+        /// Operations of a query, or a tree, are others.
+        Counts = "counts",
+        /// Queries, programs or constructions of a case take longer, beyond noise.
+        Slower = "slower",
+        /// A scene of the earlier run is not compared, or a case is not there any more.
+        Uncompared = "uncompared",
     }
 }
 

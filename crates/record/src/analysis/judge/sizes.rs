@@ -1,24 +1,11 @@
-//! Claims about the size of a quantity: memory, and the arithmetic of the separating-axis test. Both are counted without sampling, so there
-//! is no interval.
+//! Claims about the arithmetic of the separating-axis test. It is counted without sampling, so there is no interval.
 
 use super::{ALL, CaseKey, ExitRow, Finding, Judged, Stratum, Test, Verdict};
-use std::collections::BTreeMap;
 
 /// The first axis, in the numbering of the records, that is a cross product of two edges.
 const FIRST_EDGE_AXIS: u8 = 7;
 
 impl Judged<'_> {
-    /// Memory of the subject's trees divided by that of the baseline's, part by part.
-    pub(super) fn bytes(&self, test: &Test) -> Finding {
-        let baseline: BTreeMap<&str, f64> =
-            self.trees(&self.baseline).map(|row| (row.part.as_str(), row.bytes as f64)).collect();
-        let logs = self.trees(&self.subject).filter_map(|row| {
-            let log = (row.bytes as f64 / baseline.get(row.part.as_str())?).ln();
-            log.is_finite().then_some(log)
-        });
-        Self::mean_ratio(&logs.collect::<Vec<_>>(), test, "parts")
-    }
-
     /// Mean arithmetic operations of a test.
     pub(super) fn axis_operations(&self, case: &CaseKey, test: &Test) -> Finding {
         let most = self.exits(case).filter(|row| row.tests > 0).map(|row| row.operations).max();
