@@ -6,7 +6,7 @@
 
 use super::MeasureError;
 use super::environment;
-use crate::record::file::{compressed, located, remove};
+use crate::record::file::{compressed, located};
 use crate::record::manifest::{PROTOCOL, Program, Request, SCHEMA, Stage, VariantEntry};
 use crate::record::{
     self, BuildRow, FolderLock, Manifest, RecordError, Row, TimingRow, read_rows, read_rows_if_there, rows, write_rows,
@@ -372,6 +372,15 @@ pub(super) fn difference(old: &Manifest, new: &Manifest) -> Option<&'static str>
         () if !finished && old.protocol != new.protocol => Some("the protocol"),
         () if !finished && hashes(old) != hashes(new) => Some("a binary"),
         () => None,
+    }
+}
+
+/// Removes a file or a folder with all that is in it; one that is not there is fine.
+pub(super) fn remove(path: &Path) -> Result<(), RecordError> {
+    let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+    match result {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
+        _ => Ok(()),
     }
 }
 

@@ -178,7 +178,7 @@ pub fn table_bytes(folder: &Path, file: &str, most: u64) -> Result<Option<u64>, 
 /// As [`write_bytes`].
 pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
     write_bytes(&folder.join(R::FILE), &csv_bytes(folder, rows)?)?;
-    remove(&folder.join(compressed(R::FILE)))
+    remove_file(&folder.join(compressed(R::FILE)))
 }
 
 /// As [`write_rows`], compressed: equal rows make equal bytes.
@@ -190,16 +190,12 @@ pub fn write_rows_compressed<R: Row>(folder: &Path, rows: &[R]) -> Result<(), Re
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     let packed = encoder.write_all(&csv_bytes(folder, rows)?).and_then(|()| encoder.finish());
     write_bytes(&path, &packed.map_err(RecordError::io("write", &path))?)?;
-    remove(&folder.join(R::FILE))
+    remove_file(&folder.join(R::FILE))
 }
 
-/// Removes a file or a folder with all that is in it; one that is not there is fine.
-///
-/// # Errors
-/// When it cannot be removed.
-pub fn remove(path: &Path) -> Result<(), RecordError> {
-    let result = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
-    match result {
+/// Removes a file; one that is not there is fine.
+fn remove_file(path: &Path) -> Result<(), RecordError> {
+    match fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(RecordError::io("remove", path)(error)),
         _ => Ok(()),
     }
