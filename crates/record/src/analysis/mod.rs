@@ -242,7 +242,7 @@ pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims
 }
 
 /// The values of each key, in the order of the pairs.
-pub(crate) fn grouped<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMap<K, Vec<V>> {
+pub fn grouped<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMap<K, Vec<V>> {
     let mut groups: BTreeMap<K, Vec<V>> = BTreeMap::new();
     for (key, value) in pairs {
         groups.entry(key).or_default().push(value);

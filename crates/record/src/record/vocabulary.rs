@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Defines an enum by the names of its values: `ALL` lists them in order, `id` names one, and files hold the names.
+#[macro_export]
 macro_rules! named {
     ($(#[$about:meta])* $vis:vis enum $name:ident { $($(#[$doc:meta])* $value:ident = $id:literal),* $(,)? }) => {
         $(#[$about])*
@@ -20,7 +21,7 @@ macro_rules! named {
         }
     };
 }
-pub(crate) use named;
+pub use named;
 
 /// Id of the duplicate of another variant, which shows the noise of the comparison itself.
 pub const NULL_VARIANT: &str = "null-duplicate";

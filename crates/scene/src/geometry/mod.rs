@@ -27,7 +27,7 @@ pub fn direction(vector: Vector) -> Option<Unit<Vector>> {
 }
 
 /// The turn from one direction to another, half a turn about x where they are opposite.
-pub(crate) fn turn_between(from: &Vector, to: &Vector) -> UnitQuaternion<f64> {
+pub fn turn_between(from: &Vector, to: &Vector) -> UnitQuaternion<f64> {
     UnitQuaternion::rotation_between(from, to)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI))
 }
