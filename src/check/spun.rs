@@ -535,11 +535,20 @@ repeat = { kind = "around", count = 3 }"#,
         let (point, along) = (Point::new(3.0, 0.0, 2.0), Vector::new(-0.2, 0.0, 1.0));
         // On the axis at z = 17; 1.8 mm from it at z = 8.
         assert!(passes(&point, &along, 1.0, [10.0, 20.0]));
-        assert!(!passes(&point, &along, 1.0, [4.0, 8.0]));
+        assert!(!passes(&point, &along, 1.5, [4.0, 8.0]));
         assert!(passes(&point, &along, 2.0, [4.0, 8.0]));
         // Across, and beside the axis along it.
         assert!(passes(&point, &-Vector::x(), 1.0, [1.0, 3.0]) && !passes(&point, &-Vector::x(), 1.0, [3.0, 4.0]));
         assert!(!passes(&point, &Vector::z(), 3.0, [0.0, 9.0]) && passes(&point, &Vector::z(), 3.1, [0.0, 9.0]));
+    }
+
+    #[test]
+    fn vertices_of_one_height_count_once() {
+        let at = |z: f64| Point::new(1.0, 2.0, z);
+        let found = heights(&[at(5.0), at(0.0), at(5.0 + SAME_MM), at(3.0), at(0.0)]);
+        assert_eq!(found, [0.0, 3.0, 5.0]);
+        let many: Vec<Point> = (0..=2 * RINGS).map(|k| at(k as f64)).collect();
+        assert_eq!(heights(&many), (0..=RINGS).map(|k| 2.0 * k as f64).collect::<Vec<_>>());
     }
 
     #[test]
