@@ -331,10 +331,11 @@ impl TileRun<'_> {
         }
         let cutting: Vec<&Sweep> = step.cutting.iter().filter(reaches).collect();
         let examined = step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep));
-        // A body that is where it has cut before meets nothing there.
+        // A body that is where it has cut before meets nothing there. While something cuts, its way stays whole: both go it at the same time.
         let examined: Vec<(usize, Sweep, [f64; 2])> = examined
             .filter_map(|(part, sweep)| {
                 let rest = self.tile.untraced(sweep, TOUCH_MM.min(self.resolution_mm))?;
+                let rest = if cutting.is_empty() { rest } else { [0.0, 1.0] };
                 Some((part, if rest == [0.0, 1.0] { sweep.clone() } else { sweep.part(rest[0], rest[1]) }, rest))
             })
             .collect();
