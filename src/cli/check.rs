@@ -467,6 +467,12 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             "not examined: what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
         )
     };
+    let thin = |&part: &usize| {
+        let name = &scene.parts[part].name;
+        format!(
+            "not examined: gouges by `{name}`, which is so thin that no depth in it is more than `gouge_mm`; only where its middle is inside, that is told"
+        )
+    };
     let tools = outcome.tools_without_parts.iter().map(tool_without_part);
     let given_up = |remaining: &check::Remaining| {
         let (name, line) = (&scene.parts[remaining.part].name, remaining.given_up?);
@@ -487,6 +493,7 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         .chain(outcome.remaining.iter().filter_map(given_up))
         .chain(parted)
         .chain(outcome.open_cutters.iter().map(cutter))
+        .chain(outcome.thin_cutters.iter().map(thin))
         .chain(outcome.as_drawn.iter().map(as_drawn))
         .chain(outcome.unsure.iter().map(unsure))
         .chain(outcome.driven.iter().map(driven));
@@ -634,6 +641,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": outcome.open_parts.iter().map(|&part| name(part)).collect::<Vec<_>>(),
+        "thin_cutters": outcome.thin_cutters.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "parts_unsure": outcome.unsure.iter().map(|&part| name(part)).collect::<Vec<_>>(), "cutters_taken_as_driven": outcome.driven.iter().map(|&part| name(part)).collect::<Vec<_>>(),
         "parted_workpieces": outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| name(remaining.part)).collect::<Vec<_>>(),
         "parts_as_drawn": outcome.as_drawn.iter().map(|&part| name(part)).collect::<Vec<_>>(),

@@ -51,6 +51,24 @@ impl Skin {
         (self.nodes[0].low, self.nodes[0].high)
     }
 
+    /// A ball around the box of a node: its centre and its radius, mm. The root is node 0.
+    pub fn ball(&self, node: u32) -> (Point, f64) {
+        let Node { low, high, .. } = &self.nodes[node as usize];
+        (nalgebra::center(low, high), 0.5 * (high - low).norm())
+    }
+
+    /// The two parts of a node; `None` of a leaf.
+    pub fn children(&self, node: u32) -> Option<[u32; 2]> {
+        let second = self.nodes[node as usize].second;
+        (second != 0).then_some([node + 1, second])
+    }
+
+    /// The triangles of a leaf.
+    pub fn triangles(&self, node: u32) -> &[Triangle] {
+        let range = &self.nodes[node as usize].range;
+        &self.triangles[range.start as usize..range.end as usize]
+    }
+
     /// Distance from the surface, mm, negative inside a watertight mesh; where it is more than `beyond_mm`, anything above that.
     pub fn signed_distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
         // Inside, the distance is at most the box's size.
