@@ -166,6 +166,46 @@ fn a_finished_part_may_be_touched_in_a_feed_move_only() {
     assert_eq!(told("G0 Z1\nG0 X40\nG0 Z50"), []);
 }
 
+#[test]
+fn a_cutter_wholly_inside_a_finished_part_is_told() {
+    // Tool 2 is a ball 60 mm below the nose: at Z 50 it is in the middle of the block, its surface 7 mm below the top.
+    let text = mill_with_tools()
+        .replace("[0, 0, -20]", "[0, 0, -60]")
+        .replace("{ kind = \"cylinder\", radius_mm = 5, height_mm = 50 }", "{ kind = \"sphere\", radius_mm = 3 }");
+    let text = format!("{text}gouge_mm = 0.1\n");
+    let told = |program: &str| {
+        let (_folder, scene) = scene_of(&text, program);
+        let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
+        run_own(&scene, &settings).events
+    };
+    let found = told("T2 M6\nG1 X30 F1000\nG0 X-30\nM2");
+    let [event] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((event.kind, event.first.line, event.inside), (Kind::ToolChangeIntoWorkpiece, 1, true));
+    assert!((event.least_mm + 7.0).abs() < 0.2, "{event:?}");
+    // The ball's lowest point comes to Z 0 of the block where the nose is at Z 63.
+    let found = told("G0 Z70\nT2 M6\nG1 Z50 F1000\nG1 X30\nM2");
+    let [event] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((event.kind, event.first.line, event.last.line, event.inside), (Kind::Gouge, 3, 4, true));
+}
+
+#[test]
+fn a_needle_that_goes_into_a_finished_part_is_told_wherever_it_does() {
+    let part = MILL.replace("radius_mm = 5,", "radius_mm = 0.05,");
+    let part = format!("{part}gouge_mm = 0.02\n");
+    for (way, kind) in [("G1 Z-5 F1000", "gouge"), ("G0 Z-5", "rapid-into-workpiece")] {
+        let places = [-23.29, -7.71, 3.13, 13.37, 31.07];
+        let program: String = places.iter().map(|x| format!("G0 X{x}\n{way}\nG0 Z5\n")).collect();
+        let expected: Vec<_> = (1..=5).map(|k| (kind, 3 * k)).collect();
+        assert_eq!(told_by(&part, &format!("G0 Z5\n{program}M2")), expected);
+    }
+    // Its radius is less than it may go deep: of the two parts after the block it is the second.
+    for (allowed_mm, thin) in [(0.02, &[][..]), (0.06, &[2])] {
+        let (_folder, scene) =
+            scene_of(&part.replace("gouge_mm = 0.02", &format!("gouge_mm = {allowed_mm}")), "G0 Z5\nM2");
+        assert_eq!(run_own(&scene, &Settings::standard()).thin_cutters, thin);
+    }
+}
+
 /// A blade of 20 mm across the spindle's axis, beside a clamp that is 5 mm from the axis's way.
 fn fly_cutter(of_program: &str) -> String {
     format!(

@@ -409,6 +409,30 @@ fn a_flat_face_that_slides_or_comes_down_is_found_in_the_stock_for_sure_and_soon
     }
 }
 
+/// A cutter comes, standing, to a way that it has cut, through 2 mm of material that is left before it. Another cutter takes these away a moment later.
+#[test]
+fn what_stands_meets_the_material_that_another_cutter_takes_away_after_it() {
+    // From X -4 to X 36: the material before the way from X 0 on is in the first tile, which has seen that way.
+    let block = Arc::new(obbtree::cases::meshes::moved(
+        &cuboid([40.0, 30.0, 20.0]),
+        1.0,
+        &Isometry3::translation(16.0, 0.0, -10.0),
+    ));
+    let mut stock = Stock::new(&block, RESOLUTION_MM).unwrap();
+    let [small, large] = [2.0, 6.0].map(|radius| Body::turning(&cylinder(radius, 40.0), 0.0));
+    let sweep = |body: &Body, z: f64, ways: [f64; 2]| {
+        let [first, last] = ways.map(|x| Isometry3::translation(x, 0.0, z));
+        body.sweep([&first, &last], 0.0)
+    };
+    let before = Step { examined: Vec::new(), cutting: vec![sweep(&small, -5.0, [0.0, 40.0])] };
+    // The front of the small one meets the block at 14 mm of its 40, and the large one is there at 0.46 of its way.
+    let with_large =
+        Step { examined: vec![sweep(&small, -5.0, [-20.0, 20.0])], cutting: vec![sweep(&large, -6.0, [-37.6, 22.4])] };
+    let found = stock.run(&[before, with_large], 0.01);
+    let [contact] = &found[..] else { panic!("{found:?}") };
+    assert!((0.33..=0.36).contains(&contact.from) && contact.depth.high > 1.0, "{contact:?}");
+}
+
 /// A cutter that stays 3 mm or more above the top of a block that turns.
 #[test]
 fn what_stays_away_from_the_uncut_block_may_not_touch_it() {

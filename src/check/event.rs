@@ -93,7 +93,7 @@ pub struct Event {
     /// Where it ends.
     pub last: Extent,
     /// The least distance found meanwhile, mm; 0 in contact and where one part is inside the other; of a gouge, and of contact with the stock, minus the
-    /// depth that is certain.
+    /// depth that is certain; of a cutter inside a finished workpiece, minus its distance from the surface.
     pub least_mm: f64,
     /// How deep what is left of the workpiece comes into the other part, mm: at least, and at most. `None` where nothing is cut.
     pub depth_mm: Option<[f64; 2]>,

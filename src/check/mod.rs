@@ -7,8 +7,8 @@
 //! found on the trees of the chosen variant, and where it is not 0, whether one part lies inside the other; as long as the pair cannot have travelled that far
 //! ([`crate::machine::travel`]) the samples are skipped. Two samples between which contact cannot be excluded by their distances
 //! are halved until it can, or until less than [`Settings::tolerance_mm`] of travel is left. Where contact, or a near-miss
-//! zone, begins and ends is found by halving to the same travel. How deep a cutter goes into a finished workpiece is told by samples ([`octree_obb`]) whatever the
-//! variant.
+//! zone, begins and ends is found by halving to the same travel. How deep a cutter goes into a finished workpiece is found on the workpiece's
+//! triangles ([`Finished`]) whatever the variant.
 
 mod event;
 pub mod motion;
@@ -24,16 +24,14 @@ pub use motion::Path;
 pub use stock::{Remaining, Touch};
 
 use crate::geometry::{Isometry, rigid};
-use crate::interference::SurfaceOctree;
 use crate::machine::OutOfLimits;
 use crate::machine::travel::Ball;
 use crate::measure::{Progress, timer};
 use crate::method::Model;
-use crate::method::octree_obb::{self, ToolSide};
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
-use crate::stock::StockError;
+use crate::stock::{Finished, StockError};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, Move, MoveKind};
@@ -178,6 +176,8 @@ pub struct Outcome {
     pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
+    /// Cutters so thin that nothing is as deep in them as the finished workpiece may be: none of their gouges is found.
+    pub thin_cutters: Vec<usize>,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
     pub open_cutters: Vec<usize>,
     /// Samples of the path.
@@ -315,6 +315,7 @@ pub fn check(
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
         stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
+        thin_cutters: bodies.thin_cutters(),
         open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),
@@ -542,6 +543,14 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
+    /// Cutters in which nothing is as deep as a finished workpiece may be.
+    fn thin_cutters(&self) -> Vec<usize> {
+        let is_thin = |gouge: &Gouge| gouge.finished.most_mm() <= gouge.allowed_mm;
+        let cutter = |(pair, gouge): (&Pair, &Gouge)| if gouge.workpiece_first { pair.b } else { pair.a };
+        let thin: BTreeSet<usize> = self.gouges.iter().filter(|(_, gouge)| is_thin(gouge)).map(cutter).collect();
+        thin.into_iter().collect()
+    }
+
     /// Parts that are not watertight, in order.
     fn open_parts(&self) -> Vec<usize> {
         self.parts.iter().filter(|(_, body)| !body.solid.is_watertight()).map(|(&part, _)| part).collect()
@@ -554,10 +563,9 @@ fn is_tool_and_workpiece(scene: &Scene, pair: Pair) -> bool {
     roles.contains(&Role::Workpiece) && roles.into_iter().any(Role::is_of_tool)
 }
 
-/// A cutter against a finished workpiece: trees of triangles say whether the two touch, samples how deep the one is in the other.
+/// A cutter against a finished workpiece.
 struct Gouge {
-    surface: SurfaceOctree,
-    tool: ToolSide,
+    finished: Finished,
     /// Whether the workpiece is the pair's part `a`.
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
@@ -570,15 +578,21 @@ impl Gouge {
         let allowed_mm = scene.gouge_mm?;
         let workpiece_first = scene.is_cutting(pair).then(|| scene.parts[pair.a].role == Role::Workpiece)?;
         let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
-        let (surface, tool) =
-            (octree_obb::surface(&scene.parts[workpiece].mesh), ToolSide::new(&scene.parts[cutter].mesh));
-        Some(Self { surface, tool, workpiece_first, allowed_mm })
+        let finished = Finished::new(&scene.parts[workpiece].mesh, &scene.parts[cutter].mesh);
+        Some(Self { finished, workpiece_first, allowed_mm })
     }
 
     /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.
     fn spare_mm(&self, a_from_b: &Isometry, below_mm: f64) -> f64 {
-        let cutter_from_workpiece = if self.workpiece_first { rigid::inverse(a_from_b) } else { *a_from_b };
-        let below = below_mm - self.allowed_mm;
-        self.tool.signed_distance_mm(&self.surface, &cutter_from_workpiece, below) + self.allowed_mm
+        self.finished.least_mm(&self.cutter_from_workpiece(a_from_b), below_mm - self.allowed_mm) + self.allowed_mm
+    }
+
+    /// Whether the cutter's middle is inside the workpiece.
+    fn is_inside(&self, a_from_b: &Isometry) -> bool {
+        self.finished.holds(&self.cutter_from_workpiece(a_from_b))
+    }
+
+    fn cutter_from_workpiece(&self, a_from_b: &Isometry) -> Isometry {
+        if self.workpiece_first { rigid::inverse(a_from_b) } else { *a_from_b }
     }
 }

@@ -47,18 +47,11 @@ impl Stretch {
 #[derive(Clone, Copy)]
 pub(super) struct Measured {
     place: f64,
-    /// Of the surfaces, mm; of a cutter and a finished workpiece how much farther it may go, negative where it gouges.
+    /// Of the surfaces, mm; of a cutter that is not inside a finished workpiece how much farther it may go, negative where it gouges.
     distance: f64,
     /// Whether one part is wholly inside the other.
     inside: bool,
     pub(super) nearness: Nearness,
-}
-
-impl Measured {
-    /// 0 where the parts share a point, mm.
-    fn distance_of_solids(&self) -> f64 {
-        if self.inside { 0.0 } else { self.distance }
-    }
 }
 
 pub(super) struct Scan<'a> {
@@ -169,6 +162,9 @@ impl<'a> Scan<'a> {
         let a_from_b = self.scene.a_from_b(self.pair, poses);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             let distance = gouge.spare_mm(&a_from_b, beyond);
+            if distance > 0.0 && gouge.is_inside(&a_from_b) {
+                return Measured { place, distance: distance - gouge.allowed_mm, inside: true, nearness: 0 };
+            }
             return Measured { place, distance, inside: false, nearness: self.nearness(distance) };
         }
         // Beyond the outlook the distance is the outlook at least.
@@ -218,7 +214,7 @@ impl<'a> Scan<'a> {
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks
             // among them. A rapid may not even touch.
-            let is_outside = here.distance > gouge.allowed_mm;
+            let is_outside = here.nearness > 0 && here.distance > gouge.allowed_mm;
             return is_outside && self.path.sample_at(there.place).rapid && least <= gouge.allowed_mm - DIP_MM;
         }
         match here.nearness {
@@ -232,8 +228,13 @@ impl<'a> Scan<'a> {
 
     /// Takes a place into the stretches; places come in order.
     fn note(&mut self, found: &Measured) {
-        let &Measured { place, inside, nearness, .. } = found;
-        let distance = found.distance_of_solids();
+        let &Measured { place, inside, nearness, distance } = found;
+        // Solids that share a point are 0 apart; a cutter wholly inside a finished workpiece is as deep as their surfaces are apart.
+        let distance = match self.bodies.gouges.get(&self.pair) {
+            _ if !inside => distance,
+            Some(gouge) => gouge.allowed_mm - distance,
+            None => 0.0,
+        };
         let was_near = std::mem::replace(&mut self.is_near, nearness <= self.borders.len());
         if !self.is_near {
             return;

@@ -429,10 +429,15 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
 
 /// What is not known of parts that are open or turn.
 fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
-    let of_parts: [(&[usize], fn(&str, &Part) -> String); 5] = [
+    let of_parts: [(&[usize], fn(&str, &Part) -> String); 6] = [
         (&outcome.open_cutters, |name, _| {
             format!(
                 "what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
+            )
+        }),
+        (&outcome.thin_cutters, |name, _| {
+            format!(
+                "gouges by `{name}`, which is so thin that no depth in it is more than `gouge_mm`; only where its middle is inside, that is told"
             )
         }),
         (&outcome.as_drawn, |name, part| {
@@ -595,6 +600,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         "over_travel": outcome.over_travel.iter().map(over_travel_json).collect::<Vec<_>>(),
         "tools_without_parts": outcome.tools_without_parts, "mesh_warnings": scene.mesh_warnings(),
         "open_parts": names(&outcome.open_parts),
+        "thin_cutters": names(&outcome.thin_cutters),
         "parts_unsure": names(&outcome.unsure), "cutters_taken_as_driven": names(&outcome.driven),
         "parted_workpieces": outcome.remaining.iter().filter(|remaining| remaining.is_parted).map(|remaining| name(remaining.part)).collect::<Vec<_>>(),
         "parts_as_drawn": names(&outcome.as_drawn),

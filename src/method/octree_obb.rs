@@ -37,7 +37,7 @@ const SAMPLES: f64 = (1 << 18) as f64;
 const LEAST_SPACING_MM: f64 = 0.25;
 
 /// A mesh as the surface: its samples in an octree.
-pub fn surface(mesh: &Mesh) -> SurfaceOctree {
+fn surface(mesh: &Mesh) -> SurfaceOctree {
     let area: f64 = mesh.triangles().iter().map(crate::geometry::Triangle::area).sum();
     let spacing = (area / SAMPLES).sqrt().max(LEAST_SPACING_MM);
     // Black and white octants say what lies inside, which this method does not ask.
@@ -46,24 +46,16 @@ pub fn surface(mesh: &Mesh) -> SurfaceOctree {
 
 /// A mesh as the tool: one body of revolution with its boxes.
 #[derive(Clone, Debug)]
-pub struct ToolSide {
+struct ToolSide {
     revolved: Revolved,
     boxes: BoxedTool,
 }
 
 impl ToolSide {
-    /// Finds the body around a mesh.
-    pub fn new(mesh: &Mesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let revolved = Revolved::around(mesh);
         let bodies = vec![Body { kind: BodyKind::Holder, profile: revolved.profile.clone() }];
         Self { boxes: BoxedTool::new(Tool { bodies }, SecondLevel::Profile4), revolved }
-    }
-
-    /// Distance of the nearest sample of `surface` from the tool, mm, negative inside the tool; `below_mm` when no sample is nearer than
-    /// that.
-    pub fn signed_distance_mm(&self, surface: &SurfaceOctree, mesh_from_surface: &Isometry, below_mm: f64) -> f64 {
-        let detector = Detector::new(surface, &self.boxes, CONTACT, false, Search::Octree);
-        detector.least_mm(&(self.revolved.tool_from_mesh * mesh_from_surface), below_mm, &mut Counts::default())
     }
 }
 

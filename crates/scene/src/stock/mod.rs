@@ -12,7 +12,7 @@
 //! Of a workpiece that turns under tools that stand, the cells are squares of its half section, (ρ, z), in a quadtree ([`Stock::turned`]).
 //!
 //! Reading order: this file (the stock), `sweep` (what moves), `course` (how), [`motion`] (pieces of an axis move), `convex`, `round`, `bore`, `turned`, `skin` (shapes),
-//! `blank` (the uncut workpiece), `cover` (what a cut leaves), `tile` (the tree of cells), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
+//! `blank` (the uncut workpiece), `cover` (what a cut leaves), `tile` (the tree of cells), `finished` (a workpiece that stays whole), [`export`] (as a mesh), [`target`] (compared with the part that is wanted).
 
 mod blank;
 mod convex;
@@ -22,6 +22,7 @@ mod turned;
 mod skin;
 mod course;
 mod sweep;
+mod finished;
 mod cover;
 mod tile;
 pub mod motion;
@@ -30,6 +31,7 @@ pub mod target;
 #[cfg(test)]
 mod tests;
 
+pub use finished::Finished;
 pub use sweep::{Body, ROUNDING_MM, Spindle, Sweep, TurningTool};
 pub use tile::{Depth, Material};
 
@@ -331,10 +333,11 @@ impl TileRun<'_> {
         }
         let cutting: Vec<&Sweep> = step.cutting.iter().filter(reaches).collect();
         let examined = step.examined.iter().enumerate().filter(|(_, sweep)| reaches(sweep));
-        // A body that is where it has cut before meets nothing there.
+        // A body that is where it has cut before meets nothing there. While something cuts, its way stays whole: both go it at the same time.
         let examined: Vec<(usize, Sweep, [f64; 2])> = examined
             .filter_map(|(part, sweep)| {
                 let rest = self.tile.untraced(sweep, TOUCH_MM.min(self.resolution_mm))?;
+                let rest = if cutting.is_empty() { rest } else { [0.0, 1.0] };
                 Some((part, if rest == [0.0, 1.0] { sweep.clone() } else { sweep.part(rest[0], rest[1]) }, rest))
             })
             .collect();

@@ -5,6 +5,13 @@ use crate::truth::Solid;
 use crate::truth::boxes::{Bounds, BoxTree};
 use std::sync::Arc;
 
+/// Part of a mesh's greatest depth to which it is found.
+const DEPTH_PART: f64 = 0.02;
+/// Least depth that is looked for, as a part of the greatest.
+const LEAST_PART: f64 = 1e-3;
+/// What rounding may do to the radius of a ball that touches a triangle, as a part of it.
+const TOUCHING_PART: f64 = 1e-6;
+
 /// A mesh in a tree of boxes.
 #[derive(Clone, Debug)]
 pub(super) struct Skin {
@@ -23,10 +30,69 @@ impl Skin {
         (low, high)
     }
 
+    /// A ball around the box of a node: its centre and its radius, mm. The root is node 0.
+    pub fn ball(&self, node: u32) -> (Point, f64) {
+        let Bounds { low, high } = self.tree.nodes[node as usize].bounds;
+        (nalgebra::center(&low, &high), 0.5 * (high - low).norm())
+    }
+
+    /// The two parts of a node; `None` of a leaf.
+    pub fn children(&self, node: u32) -> Option<[u32; 2]> {
+        self.tree.children(node)
+    }
+
+    /// The triangles of a leaf.
+    pub fn triangles(&self, node: u32) -> &[Triangle] {
+        &self.tree.triangles[self.tree.range(node)]
+    }
+
     /// Distance from the surface, mm, negative inside a watertight mesh; where it is more than `beyond_mm`, anything above that.
     pub fn signed_distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
         // Inside, the distance is at most the box's size.
         if self.holds(p) { -self.distance_mm(p, f64::INFINITY) } else { self.distance_mm(p, beyond_mm) }
+    }
+
+    /// A depth that a point of it has, mm, near the greatest one; infinite where that is more than `most_mm`. It is the radius of the largest ball inside that touches
+    /// a triangle at its centroid or in the middle of an edge: half the thickness of a sheet, however that is bent. Of an open mesh it is half the least side of the box.
+    pub fn deepest_mm(&self, most_mm: f64) -> f64 {
+        if !self.solid.is_watertight() {
+            let (low, high) = self.bounds();
+            return 0.5 * (high - low).min();
+        }
+        let beyond = most_mm * (1.0 + DEPTH_PART);
+        let mut deepest = 0.0;
+        for triangle in &self.tree.triangles {
+            let Some(normal) = triangle.double_area_normal().try_normalize(0.0) else { continue };
+            let [a, b, c] = triangle.corners;
+            let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q));
+            let places = [triangle.centroid()].into_iter().chain(middles);
+            // A mirrored mesh faces inwards.
+            for (place, inwards) in places.flat_map(|place| [(place, -normal), (place, normal)]) {
+                let fits = |radius: f64| {
+                    let distance = self.signed_distance_mm(&(place + inwards * radius), radius);
+                    -distance >= radius * (1.0 - TOUCHING_PART)
+                };
+                // Where a ball fits, all smaller ones that touch the same place fit.
+                let deeper = f64::max(deepest * (1.0 + DEPTH_PART), beyond * LEAST_PART);
+                if !fits(deeper) {
+                    continue;
+                }
+                if fits(beyond) {
+                    return f64::INFINITY;
+                }
+                let mut above = beyond;
+                deepest = deeper;
+                while above > deepest * (1.0 + DEPTH_PART) {
+                    let radius = f64::midpoint(deepest, above);
+                    if fits(radius) {
+                        deepest = radius;
+                    } else {
+                        above = radius;
+                    }
+                }
+            }
+        }
+        deepest
     }
 
     /// Whether a watertight mesh holds a point. That is exact, and takes longer than the distance.
@@ -97,9 +163,32 @@ fn nearest(triangle: &Triangle, p: &Point) -> Point {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::shapes::{Shape, Tessellation};
     use crate::geometry::triangle_distance::point_squared;
     use obbtree::cases::meshes;
     use proptest::prelude::*;
+
+    #[test]
+    fn a_bent_sheet_is_as_deep_as_a_flat_one() {
+        // Along a way of corners in (x, z), 20 mm wide: a sheet of 0.15 mm, tilted, and bent to an L with legs of 30 mm.
+        let tilted = [[0.0, 0.0], [24.0, 18.0], [23.91, 18.12], [-0.09, 0.12]];
+        let bent = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.15], [0.15, 0.15], [0.15, 30.0], [0.0, 30.0]];
+        let cube = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let deepest = |outline: &[[f64; 2]], most_mm: f64| {
+            let corners = outline.iter().map(|[x, z]| format!("[{x:?}, {z:?}]")).collect::<Vec<_>>().join(", ");
+            let text = format!("kind = \"extrude\"\nheight_mm = 20\noutline_mm = [{corners}]");
+            let shape: Shape = toml::from_str(&text).unwrap();
+            Skin::new(&Arc::new(shape.mesh(&Tessellation::default()).unwrap())).deepest_mm(most_mm)
+        };
+        for outline in [&tilted[..], &bent] {
+            let found = deepest(outline, 0.5);
+            // In the bend a ball of 0.088 mm would fit.
+            assert!((0.073..=0.088).contains(&found), "{found}");
+        }
+        // A depth of 1 mm in the middle of its faces.
+        assert!((0.97..=1.0001).contains(&deepest(&cube, 1.0)));
+        assert_eq!(deepest(&cube, 0.9), f64::INFINITY);
+    }
 
     proptest! {
         #[test]
