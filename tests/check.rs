@@ -513,6 +513,29 @@ fn what_has_been_cut_may_be_entered_at_rapid_rate() {
     }
 }
 
+#[test]
+fn cutting_ends_with_the_first_collision_when_asked() {
+    // A slot in the block's middle, 4 mm deep, behind a rapid 2 mm into the block, or behind a way into the clamp.
+    let slot = "G0 Z50\nG0 X-40\nG1 Z-4 F500\nX40\nG0 Z50\nM2";
+    for (before, wanted) in
+        [("G0 Z5\nG0 Z-2\n", (Kind::RapidIntoWorkpiece, 3)), ("G0 Z25\nG0 X70\nG0 Z15\n", (Kind::Collision, 4))]
+    {
+        let (_folder, scene) = scene_of(MILL, &format!("M3 S1000\n{before}{slot}"));
+        let run = |stop_at_first: bool, is_solid: bool| {
+            let clearances = Some(Clearances::everywhere(&[]));
+            let settings = Settings { clearances, stop_at_first, is_solid, ..Settings::standard() };
+            let mut outcome = run_own(&scene, &settings);
+            let told: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
+            assert_eq!(told, [wanted], "{:?}", outcome.events);
+            // In the slot, in the frame of the block, whose middle is at Z-10.
+            outcome.remaining[0].stock.material_at(&nalgebra::Point3::new(30.0, 0.0, 8.0))
+        };
+        assert_eq!([run(false, false), run(true, false)], [Material::Gone, Material::Solid]);
+        // What is left at the end is asked for.
+        assert_eq!(run(true, true), Material::Gone);
+    }
+}
+
 /// A block on X, a cube of 10 mm on U, 200 mm beside it at first, and a cutter of 20 mm on Z.
 const TWO_WORKPIECES: &str = r#"
 title = "two workpieces"

@@ -49,7 +49,7 @@ pub struct Options {
     /// Travel to which beginnings and ends of contact are found, mm
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     tolerance: f64,
-    /// Stop at the first collision
+    /// Stop at the first collision; where it ends is then not looked for
     #[arg(long)]
     first: bool,
     #[command(flatten)]
