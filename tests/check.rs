@@ -536,6 +536,24 @@ fn cutting_ends_with_the_first_collision_when_asked() {
     }
 }
 
+#[test]
+fn contact_with_what_is_left_begins_no_earlier_than_with_the_uncut_workpiece() {
+    // The holder's flat face, as wide as the block, is 4 mm above the tip: it meets the block's top at Z-4.
+    let [cutter, holder] = [
+        "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 2, height_mm = 4 }\n",
+        "[[parts]]\nname = \"holder\"\nlink = \"head\"\nrole = \"holder\"\nat = { xyz_mm = [0, 0, 4] }\nshape = { kind = \"cylinder\", radius_mm = 50, height_mm = 3 }\n",
+    ];
+    let text = MILL.replacen("size_mm = [100, 100, 20]", "size_mm = [100, 60, 20]", 1);
+    let text = text.replacen("xyz_mm = [70, 0, 0]", "xyz_mm = [150, 0, 0]", 1);
+    let old = "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }\n";
+    let text = text.replacen(old, &format!("{cutter}{holder}"), 1);
+    let outcome = outcome_of(&text, "M3 S1000\nG0 Z5\nG1 Z-6 F333\nG1 Z5\nM2");
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert_eq!((event.kind, event.first.line), (Kind::Collision, 3));
+    let z = event.first.position.0[2];
+    assert!((-4.3..=-4.0 + 1e-6).contains(&z), "{z}");
+}
+
 /// A block on X, a cube of 10 mm on U, 200 mm beside it at first, and a cutter of 20 mm on Z.
 const TWO_WORKPIECES: &str = r#"
 title = "two workpieces"

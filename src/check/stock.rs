@@ -287,7 +287,7 @@ impl<'a> Workpiece<'a> {
         let pad_mm = PAD * stock.resolution_mm();
         let mut route = Route { scene, path, others, touching: &touching, pad_mm, unround_from: usize::MAX };
         route.unround_from = (1..=end).find(|&at| route.cuts_unround(at)).unwrap_or(usize::MAX);
-        let mut ledger = Ledger::new(path, others, stock.resolution_mm());
+        let mut ledger = Ledger::new(path, others, &touching, stock.resolution_mm());
         let mut batch = Batch::default();
         let mut at = 0;
         while at <= end {
@@ -701,6 +701,8 @@ fn is_parallel(a: &Position, b: &Position) -> bool {
 struct Ledger<'a> {
     path: &'a Path<'a>,
     others: &'a [Other],
+    /// Where each other part touches the uncut workpiece; of cutters nothing is said.
+    touching: &'a [Vec<Stretch>],
     resolution_mm: f64,
     met: Met,
     /// Per part: how deep the stock can be in what is thin of it, mm.
@@ -712,10 +714,10 @@ struct Ledger<'a> {
 }
 
 impl<'a> Ledger<'a> {
-    fn new(path: &'a Path<'a>, others: &'a [Other], resolution_mm: f64) -> Self {
+    fn new(path: &'a Path<'a>, others: &'a [Other], touching: &'a [Vec<Stretch>], resolution_mm: f64) -> Self {
         let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
         let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
-        Self { path, others, resolution_mm, met: Met::default(), thin, last, touch }
+        Self { path, others, touching, resolution_mm, met: Met::default(), thin, last, touch }
     }
 
     /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
@@ -812,6 +814,9 @@ impl<'a> Ledger<'a> {
                 return;
             }
         }
+        // Nothing touches what is left before it touches the uncut workpiece.
+        let next = self.touching[other].partition_point(|stretch| stretch.to < from);
+        let from = self.touching[other].get(next).map_or(from, |stretch| from.max(stretch.from.min(to)));
         self.last[other] = Some(self.met.contacts.len());
         let Other { pair, is_turned, .. } = self.others[other];
         self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth: contact.depth });
