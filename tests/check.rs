@@ -553,6 +553,47 @@ fn what_has_been_cut_may_be_entered_at_rapid_rate() {
     }
 }
 
+#[test]
+fn cutting_ends_with_the_first_collision_when_asked() {
+    // A slot in the block's middle, 4 mm deep, behind a rapid 2 mm into the block, or behind a way into the clamp.
+    let slot = "G0 Z50\nG0 X-40\nG1 Z-4 F500\nX40\nG0 Z50\nM2";
+    for (before, wanted) in
+        [("G0 Z5\nG0 Z-2\n", (Kind::RapidIntoWorkpiece, 3)), ("G0 Z25\nG0 X70\nG0 Z15\n", (Kind::Collision, 4))]
+    {
+        let (_folder, scene) = scene_of(MILL, &format!("M3 S1000\n{before}{slot}"));
+        let run = |stop_at_first: bool, is_solid: bool| {
+            let clearances = Some(Clearances::everywhere(&[]));
+            let settings = Settings { clearances, stop_at_first, is_solid, ..Settings::standard() };
+            let mut outcome = run_own(&scene, &settings);
+            let told: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
+            assert_eq!(told, [wanted], "{:?}", outcome.events);
+            // In the slot, in the frame of the block, whose middle is at Z-10.
+            outcome.remaining[0].stock.material_at(&nalgebra::Point3::new(30.0, 0.0, 8.0))
+        };
+        assert_eq!([run(false, false), run(true, false)], [Material::Gone, Material::Solid]);
+        // What is left at the end is asked for.
+        assert_eq!(run(true, true), Material::Gone);
+    }
+}
+
+#[test]
+fn contact_with_what_is_left_begins_no_earlier_than_with_the_uncut_workpiece() {
+    // The holder's flat face, as wide as the block, is 4 mm above the tip: it meets the block's top at Z-4.
+    let [cutter, holder] = [
+        "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 2, height_mm = 4 }\n",
+        "[[parts]]\nname = \"holder\"\nlink = \"head\"\nrole = \"holder\"\nat = { xyz_mm = [0, 0, 4] }\nshape = { kind = \"cylinder\", radius_mm = 50, height_mm = 3 }\n",
+    ];
+    let text = MILL.replacen("size_mm = [100, 100, 20]", "size_mm = [100, 60, 20]", 1);
+    let text = text.replacen("xyz_mm = [70, 0, 0]", "xyz_mm = [150, 0, 0]", 1);
+    let old = "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }\n";
+    let text = text.replacen(old, &format!("{cutter}{holder}"), 1);
+    let outcome = outcome_of(&text, "M3 S1000\nG0 Z5\nG1 Z-6 F333\nG1 Z5\nM2");
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert_eq!((event.kind, event.first.line), (Kind::Collision, 3));
+    let z = event.first.position.0[2];
+    assert!((-4.3..=-4.0 + 1e-6).contains(&z), "{z}");
+}
+
 /// A block on X, a cube of 10 mm on U, 200 mm beside it at first, and a cutter of 20 mm on Z.
 const TWO_WORKPIECES: &str = r#"
 title = "two workpieces"

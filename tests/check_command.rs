@@ -376,6 +376,33 @@ fn formats_and_exit_codes() {
 }
 
 #[test]
+fn a_program_that_looks_like_another_controls_is_named_unless_a_dialect_is() {
+    let program = "%\nO0001 (VISE PART)\nG21 G0 Z20.\nM30\n%";
+    let run = |text: &str, arguments: &[&str]| {
+        let (folder, _scene) = scene_of(text, program);
+        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let of_scene = MILL.replacen("file = \"own.ngc\"\n", "file = \"own.ngc\"\ndialect = \"haas\"\n", 1);
+    let note = "not examined: line 2: the program looks as if it were written for a Fanuc or Haas control (O0001)";
+    for (text, arguments, dialect, is_noted) in [
+        (MILL, &[][..], "linuxcnc", true),
+        (MILL, &["--dialect", "linuxcnc"], "linuxcnc", false),
+        (MILL, &["--dialect", "haas"], "haas", false),
+        (of_scene.as_str(), &[], "haas", false),
+    ] {
+        let shown = run(text, arguments);
+        let is_right = shown.contains(note) == is_noted && shown.contains(&format!(", read as {dialect}: nothing"));
+        assert!(is_right, "{arguments:?}: {shown}");
+        let json: serde_json::Value = serde_json::from_str(&run(text, &[arguments, &["--json"]].concat())).unwrap();
+        assert_eq!(json["dialect"], dialect);
+        let notes = json["notes"].as_array().unwrap();
+        assert_eq!(notes.iter().filter(|note| note["not_examined"] == true).count(), usize::from(is_noted), "{json}");
+    }
+}
+
+#[test]
 fn clearances_hold_for_pairs_and_roles() {
     // The cutter passes 6 mm over the clamp, which is a part of the machine.
     let program = "G0 Z26\nG0 X70\nG0 X0\nM2";

@@ -435,6 +435,9 @@ fn how_a_program_is_read_is_in_every_report() {
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     let log: Value = serde_json::from_slice(&fs::read(folder.path().join("a.sarif")).unwrap()).unwrap();
     obeys_the_rules(&log);
+    assert_eq!((text(&json["dialect"]), text(&log["runs"][0]["properties"]["dialect"])), ("haas", "haas"));
+    let junit = fs::read_to_string(folder.path().join("b.xml")).unwrap();
+    assert!(junit.contains("<property name=\"dialect\" value=\"haas\"/>"), "{junit}");
     let notices = log["runs"][0]["invocations"][0]["toolExecutionNotifications"].as_array().unwrap();
     let located: Vec<&Value> = notices.iter().filter(|notice| notice["locations"].is_array()).collect();
     let suite = read_junit(&folder.path().join("b.xml"));

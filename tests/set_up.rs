@@ -698,6 +698,8 @@ fn every_template_makes_a_scene_that_loads() {
         ]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success(), "{kind}: {told}");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(said.contains("--stock cylinder:"), kind.starts_with("lathe"), "{kind}: {said}");
         assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
         let text = std::fs::read_to_string(folder.path(&format!("{name}/scene.toml"))).unwrap();
         assert_eq!(text.contains("\ncontroller = \"lathe\""), kind.starts_with("lathe"), "{kind}: {text}");

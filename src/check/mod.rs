@@ -263,7 +263,6 @@ pub fn check(
     progress.begin("checking", path.samples().len().div_ceil(CHUNK) as u64);
     let queries = AtomicU64::new(0);
     let scanned = scan_all(&writer, &bodies, settings, &queries, progress);
-    let end = (scanned.len() * CHUNK).min(path.samples().len());
     let turned_distances: Vec<Distances> = turned.iter().map(|&pair| settings.distances(&spun.scene, pair)).collect();
     let turned_writer =
         event::EventWriter { scene: &spun.scene, pairs: &turned, distances: &turned_distances, ..writer };
@@ -271,6 +270,15 @@ pub fn check(
     if !turned.is_empty() {
         progress.begin("checking what turns", path.samples().len().div_ceil(CHUNK) as u64);
         turned_scanned = scan_all(&turned_writer, &turned_bodies, settings, &queries, progress);
+    }
+    // What is left at the end is wanted whatever collides before.
+    let stops = settings.stop_at_first && !settings.is_solid;
+    let mut end = path.samples().len();
+    if stops {
+        let mut known = writer.events(&scanned, &[], settings);
+        event::add_turned(&mut known, turned_writer.events(&turned_scanned, &[], settings));
+        let first = known.iter().find(|event| event.kind.is_collision());
+        end = first.map_or(end, |event| end.min(event.first.place.ceil() as usize));
     }
     progress.begin("cutting", workpieces.len() as u64);
     let mut met: Vec<Met> = workpieces
@@ -283,7 +291,10 @@ pub fn check(
                     None => of_pair(&scanned, pairs.iter().position(|&other| other == pair)),
                 }
             };
-            let met = workpiece.run(end, settings.tolerance_mm, settings.stock_budget, &stretches);
+            let met = workpiece.run(end, stops, settings, &stretches);
+            if stops {
+                end = end.min(met.last);
+            }
             progress.advance(1);
             met
         })

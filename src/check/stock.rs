@@ -125,6 +125,8 @@ pub(super) struct Met {
     near: Vec<(Pair, [f64; 2])>,
     /// Place from which on nothing was examined, the budget being spent.
     given_up: Option<f64>,
+    /// The last place to which the program was run.
+    pub last: usize,
 }
 
 impl Met {
@@ -264,13 +266,13 @@ impl<'a> Workpiece<'a> {
         }
     }
 
-    /// Runs the program up to place `end`, or until `budget` cells were held against what moves; `stretches` says where each pair that was scanned touches the
-    /// uncut workpiece, as drawn or as what a spindle turns.
+    /// Runs the program up to place `end`, with `stops` no farther than its first contact needs, or until the budget is spent; `stretches` says where each pair
+    /// that was scanned touches the uncut workpiece, as drawn or as what a spindle turns.
     pub fn run(
         &mut self,
         end: usize,
-        tolerance_mm: f64,
-        budget: u64,
+        stops: bool,
+        &Settings { tolerance_mm, stock_budget: budget, .. }: &Settings,
         stretches: &dyn Fn(Pair, bool) -> Vec<Stretch>,
     ) -> Met {
         let touching: Vec<Vec<Stretch>> = self
@@ -285,7 +287,7 @@ impl<'a> Workpiece<'a> {
         let pad_mm = PAD * stock.resolution_mm();
         let mut route = Route { scene, path, others, touching: &touching, pad_mm, unround_from: usize::MAX };
         route.unround_from = (1..=end).find(|&at| route.cuts_unround(at)).unwrap_or(usize::MAX);
-        let mut ledger = Ledger::new(path, others, stock.resolution_mm());
+        let mut ledger = Ledger::new(path, others, &touching, stock.resolution_mm());
         let mut batch = Batch::default();
         let mut at = 0;
         while at <= end {
@@ -295,20 +297,24 @@ impl<'a> Workpiece<'a> {
             if ledger.met.cut_from.is_none() && batch.steps[known..].iter().any(cuts) {
                 ledger.met.cut_from = Some(at as f64 - 1.0);
             }
-            if batch.steps.len() >= BATCH {
+            let may_meet = |step: &Step| step.examined.iter().any(|sweep| stock.is_near(sweep));
+            if batch.steps.len() >= BATCH || stops && batch.steps[known..].iter().any(may_meet) {
                 ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
                 batch = Batch::default();
+            }
+            if stops && ledger.knows_first(scene, last) {
+                return Met { last, ..ledger.met };
             }
             at = last + 1;
             if at <= end && stock.questions() >= budget {
                 *given_up = Some(path.line_at(at as f64));
                 ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
                 ledger.give_up(scene, at as f64 - 1.0, end as f64);
-                return ledger.met;
+                return Met { last: end, ..ledger.met };
             }
         }
         ledger.take(&batch, &stock.run(&batch.steps, tolerance_mm));
-        ledger.met
+        Met { last: end, ..ledger.met }
     }
 
     /// What is left.
@@ -695,6 +701,8 @@ fn is_parallel(a: &Position, b: &Position) -> bool {
 struct Ledger<'a> {
     path: &'a Path<'a>,
     others: &'a [Other],
+    /// Where each other part touches the uncut workpiece; of cutters nothing is said.
+    touching: &'a [Vec<Stretch>],
     resolution_mm: f64,
     met: Met,
     /// Per part: how deep the stock can be in what is thin of it, mm.
@@ -706,10 +714,20 @@ struct Ledger<'a> {
 }
 
 impl<'a> Ledger<'a> {
-    fn new(path: &'a Path<'a>, others: &'a [Other], resolution_mm: f64) -> Self {
+    fn new(path: &'a Path<'a>, others: &'a [Other], touching: &'a [Vec<Stretch>], resolution_mm: f64) -> Self {
         let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
         let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
-        Self { path, others, resolution_mm, met: Met::default(), thin, last, touch }
+        Self { path, others, touching, resolution_mm, met: Met::default(), thin, last, touch }
+    }
+
+    /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
+    /// workpieces may be none ([`Met::join`]).
+    fn knows_first(&self, scene: &Scene, at: usize) -> bool {
+        let is_of_two = |pair: Pair| [pair.a, pair.b].iter().all(|&part| scene.parts[part].role == Role::Workpiece);
+        let contacts = self.met.contacts.iter().filter(|contact| !is_of_two(contact.pair));
+        let first = contacts.min_by(|a, b| a.from.total_cmp(&b.from));
+        let is_over = |place: f64| self.path.line_at(place) != self.path.line_at(at as f64);
+        first.is_some_and(|first| first.depth.low > 0.0 || is_over(first.to))
     }
 
     fn take(&mut self, batch: &Batch, found: &[Contact]) {
@@ -796,6 +814,9 @@ impl<'a> Ledger<'a> {
                 return;
             }
         }
+        // Nothing touches what is left before it touches the uncut workpiece.
+        let next = self.touching[other].partition_point(|stretch| stretch.to < from);
+        let from = self.touching[other].get(next).map_or(from, |stretch| from.max(stretch.from.min(to)));
         self.last[other] = Some(self.met.contacts.len());
         let Other { pair, is_turned, .. } = self.others[other];
         self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth: contact.depth });

@@ -50,7 +50,7 @@ pub struct Options {
     /// Travel to which beginnings and ends of contact are found, mm
     #[arg(long, value_name = "MM", default_value_t = 0.01)]
     tolerance: f64,
-    /// Stop at the first collision
+    /// Stop at the first collision; where it ends is then not looked for
     #[arg(long)]
     first: bool,
     #[command(flatten)]
@@ -341,8 +341,9 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         say("");
     }
     say(format!(
-        "{}: {} in {} of program time",
+        "{}, read as {}: {} in {} of program time",
         run.file.display(),
+        run.setup.dialect,
         found(collisions.len(), outcome),
         clock(outcome.duration_s),
     ));
@@ -593,7 +594,7 @@ fn as_json(scene: &Scene, run: &ProgramRun, variant: &Variant, outcome: &Outcome
         |note| json!({ "line": note.line, "more": note.more, "not_examined": note.is_unknown, "text": note.text }),
     );
     json!({
-        "scene": scene.name, "program": run.file.to_string_lossy(), "method": variant.info.id, "clear": outcome.is_clear(), "collides": outcome.collides(),
+        "scene": scene.name, "program": run.file.to_string_lossy(), "dialect": run.setup.dialect.name(), "method": variant.info.id, "clear": outcome.is_clear(), "collides": outcome.collides(),
         "events": events.collect::<Vec<_>>(), "notes": notes.collect::<Vec<_>>(), "duration_s": outcome.duration_s, "samples": outcome.samples,
         "queries": outcome.queries, "load_s": times.load_s, "trees_s": times.trees_s, "elapsed_s": times.check_s,
         "poses_per_s": times.poses_per_s(outcome),

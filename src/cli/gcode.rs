@@ -86,6 +86,7 @@ impl Reading {
     /// Changes what the controller knows.
     pub(super) fn apply(&self, setup: &mut Setup) {
         setup.dialect = self.dialect.unwrap_or(setup.dialect);
+        setup.dialect_is_assumed &= self.dialect.is_none();
         setup.units = self.units.or(setup.units);
         setup.block_delete |= self.block_delete;
         setup.ignored.extend(&self.ignore);
@@ -116,6 +117,7 @@ pub fn run(options: &Options) -> Result<u8> {
         let unit_mm = if options.var_inch { INCH_MM } else { 1.0 };
         setup.parameters = read_parameter_file(&parameters, file, unit_mm)?;
     }
+    setup.dialect_is_assumed = true;
     options.reading.apply(&mut setup);
     let file = &options.program;
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are compared\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe pose file has a row for each pose: part, qw, qx, qy, qz, tx, ty, tz (mm), where part is a mesh's file name without its ending; a mesh that is\nnot named stays where its file has it.\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is shown as it is, or made again where another program made it.\n\nExit code 1 when a safe variant misses a contact."
+    after_help = "Examples:\n  bvbench try my-machine                       a folder with a scene.toml (docs/format.md), or the name of a shipped scene\n  bvbench try fixture.stl arm.ply poses.csv    meshes, and the poses at which they are compared\n  bvbench try my-machine --profile smoke --variant ID --variant ID\n\nThe first row of the pose file names its columns: part,qw,qx,qy,qz,tx,ty,tz. Each row behind it is a pose (mm), and part is a mesh's file name\nwithout its ending; a mesh that is not named stays where its file has it.\n\nAn interrupted run goes on where it stopped when the same command is given again; a finished one is shown as it is, or made again where another program made it.\n\nExit code 1 when a safe variant misses a contact."
 )]
 pub struct Options {
     /// A scene, by name or folder; or two or more mesh files and a pose file (CSV)

@@ -1,6 +1,7 @@
-//! Programs for other controls, told by their words once interpreting has failed: what to try, or what is missing.
+//! Programs for other controls, told by their words: once interpreting has failed, what to try, or what is missing; and where nobody has named the
+//! dialect, that another one may be meant.
 
-use super::dialect::Dialect;
+use super::dialect::{Dialect, Note};
 use super::error::{Cause, GcodeError};
 use std::path::Path;
 
@@ -62,10 +63,10 @@ const HEIDENHAIN: [&str; 14] = [
     "LZ+", "LZ-", "CCX",
 ];
 
-/// Words of Fanuc's and Haas's controls that LinuxCNC has not.
-const FANUC: [&str; 15] = [
-    "IF[", "GOTO", "WHILE[", "G65", "M98P", "G54.1", "G05.1", "G5.1Q", "G68.2", "G50S", "G28U0", "G28W0", "G71U",
-    "G76P0", "#3000",
+/// Words of Fanuc's and Haas's controls, and what programs of LinuxCNC's seldom have.
+const FANUC: [&str; 14] = [
+    "IF[", "GOTO", "WHILE[", "G65", "M98P", "G54.1", "G05.1", "G5.1Q", "G50S", "G28U0", "G28W0", "G71U", "G76P0",
+    "#3000",
 ];
 
 /// Words of Haas's controls alone.
@@ -76,7 +77,7 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
     if matches!(error.cause, Cause::Limit { .. } | Cause::Alarm(_) | Cause::Unreadable(_)) {
         return error;
     }
-    let lines: Vec<String> = lines.iter().take(LINES).map(|line| bare(line)).collect();
+    let lines = bare_lines(lines);
     let siemens = found(&lines, &SIEMENS, |line, word| line.contains(word));
     let heidenhain = found(&lines, &HEIDENHAIN, |line, word| {
         line.trim_start_matches(|c: char| c.is_ascii_digit()).starts_with(word)
@@ -102,19 +103,68 @@ pub(super) fn recognise(lines: &[String], file: &Path, dialect: Dialect, mut err
             return GcodeError::new(file.to_owned(), first as u32 + 1, 1, String::new(), Cause::Foreign(message));
         }
     }
-    if dialect == Dialect::LinuxCnc {
-        let haas = found(&lines, &HAAS, |line, word| line.contains(word));
-        let fanuc = found(&lines, &FANUC, |line, word| line.contains(word) && !is_o_word(line));
-        let (likely, words) = if haas.is_empty() { (Dialect::Fanuc, fanuc) } else { (Dialect::Haas, haas) };
-        if !words.is_empty() {
-            let names: Vec<&str> = words.iter().map(|(word, _)| spelled(word)).take(NAMED).collect();
-            error.set_hint(format!(
-                "the program looks as if it were written for a {likely} control ({}): try the dialect `{likely}` (`--dialect {likely}`)",
-                names.join(", ")
-            ));
-        }
+    if dialect == Dialect::LinuxCnc
+        && let Some(Likely { what, advice, .. }) = Likely::of(&lines)
+    {
+        error.set_hint(format!("{what}: try {advice}"));
     }
     error
+}
+
+/// The note on a program that runs as LinuxCNC's because nobody has named its dialect, and that looks like another control's.
+pub(super) fn note(lines: &[String]) -> Option<Note> {
+    let Likely { what, advice, first } = Likely::of(&bare_lines(lines))?;
+    let text = format!(
+        "{what}, and is read as LinuxCNC's, since no dialect is named: {advice} reads it as that control does, and `--dialect linuxcnc` as here without this note (`dialect` in [program] of a scene)"
+    );
+    Some(Note { line: first as u32 + 1, more: 0, is_unknown: true, text })
+}
+
+/// A control that a program may be written for.
+struct Likely {
+    /// That the program looks like that, with the signs.
+    what: String,
+    /// How its dialect is named.
+    advice: &'static str,
+    /// Index of the first line with a sign.
+    first: usize,
+}
+
+impl Likely {
+    /// Fanuc's or Haas's control, where a sign of one stands in the lines.
+    fn of(lines: &[String]) -> Option<Self> {
+        let haas = found(lines, &HAAS, |line, word| line.contains(word));
+        let fanuc = found(lines, &FANUC, is_fanuc);
+        let (control, advice) = match haas.is_empty() {
+            true => ("Fanuc or Haas", "`--dialect fanuc` or `--dialect haas`"),
+            false => ("Haas", "`--dialect haas`"),
+        };
+        let number = lines.iter().enumerate().find_map(|(index, line)| Some((program_number(line)?, index)));
+        let words = haas.into_iter().chain(fanuc).map(|(word, line)| (spelled(word), line));
+        let signs: Vec<(&str, usize)> = words.chain(number).collect();
+        let first = signs.iter().map(|&(_, line)| line).min()?;
+        let names: Vec<&str> = signs.iter().map(|&(name, _)| name).take(NAMED).collect();
+        let names = names.join(", ");
+        let what = format!("the program looks as if it were written for a {control} control ({names})");
+        Some(Self { what, advice, first })
+    }
+}
+
+fn bare_lines(lines: &[String]) -> Vec<String> {
+    lines.iter().take(LINES).map(|line| bare(line)).collect()
+}
+
+/// Whether a word of [`FANUC`] is in a line. P of LinuxCNC's `G76` is the pitch, and of Fanuc's six digits.
+fn is_fanuc(line: &str, word: &str) -> bool {
+    let behind = line.split_once(word).filter(|_| !is_o_word(line)).map(|(_, behind)| behind);
+    behind.is_some_and(|behind| word != "G76P0" || behind.bytes().take_while(u8::is_ascii_digit).count() == 5)
+}
+
+/// O and digits alone: the number of a program.
+fn program_number(line: &str) -> Option<&str> {
+    let digits = line.strip_prefix('O')?.trim_start_matches(|c: char| c.is_ascii_digit());
+    let (number, rest) = line.split_at(line.len() - digits.len());
+    (number.len() > 1 && rest.trim_end_matches("HAAS").chars().all(|c| c == '(')).then_some(number)
 }
 
 /// A line in upper case, without spaces, names in `<>`, and what stands in parentheses or behind a semicolon; `HAAS` is looked for everywhere.

@@ -85,7 +85,10 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     if errors.is_empty() {
         let called_files = text.called_files().map(Path::to_owned).collect();
         let tools = interpreter.last_tools();
-        let Interpreter { moves, notes, first_zero, .. } = interpreter;
+        let Interpreter { moves, mut notes, first_zero, .. } = interpreter;
+        if setup.dialect_is_assumed {
+            notes.splice(..0, foreign::note(&lines));
+        }
         let kinematics = setup.kinematics.clone();
         return Ok(Program { moves, blocks: lines, notes, called_files, tools, first_zero, kinematics });
     }

@@ -128,6 +128,8 @@ pub struct Setup {
     pub limits: Limits,
     /// The control that the program is written for.
     pub dialect: Dialect,
+    /// Whether nobody has named the dialect: a program that looks like another control's then has a note.
+    pub dialect_is_assumed: bool,
     /// Codes to skip, each with a note. With a G code the words of its block are skipped, too, unless another code moves the axes.
     pub ignored: BTreeSet<CodeName>,
     /// Which rotary axes turn without limits: Fanuc's controls may take these the nearer way. In the order of [`Position`].

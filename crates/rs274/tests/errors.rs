@@ -93,6 +93,9 @@ fn programs_for_other_controls_are_recognised() {
         ("G50 S2000\nM30", Dialect::Fanuc),
         ("WHILE[#1LT1]DO1\nEND1", Dialect::Fanuc),
         ("G187 P1\nM30", Dialect::Haas),
+        // What a post for Haas writes behind drilling; only the number tells.
+        ("%\nO0001 (VISE PART)\nG90 G21\nG0 X0 Y0 Z15.\nG80\nZ15.\nM30\n%", Dialect::Fanuc),
+        ("%\nO0001 (VISE PART)\nG90 G21\nG0 X0 Y0 Z15.\nG80\nZ15.\nM30\n%", Dialect::Haas),
     ] {
         let error = error_of(source);
         let hint = error.hint().unwrap_or_default().to_owned();
@@ -105,6 +108,50 @@ fn programs_for_other_controls_are_recognised() {
         error_of("o1 while [#1 LT 1]\n#1=1\no<two> if [#1 EQ 1]\nM31\no<two> endif\no1 endwhile\nM2").hint(),
         None
     );
+}
+
+#[test]
+fn a_program_that_runs_and_looks_like_another_controls_is_noted_where_no_dialect_is_named() {
+    let noted = |source: &str, dialect_is_assumed: bool| {
+        let setup = Setup { dialect_is_assumed, ..Setup::default() };
+        let notes = interpret(source, Path::new("part.nc"), &setup).expect(source).notes;
+        let is_it = |note: &&rs274::Note| note.text.contains("no dialect is named");
+        notes.iter().find(is_it).map(|note| (note.line, note.is_unknown, note.text.clone()))
+    };
+    let both = "`--dialect fanuc` or `--dialect haas`";
+    for (source, line, sign, advice) in [
+        ("%\nO01002 (FLIP CHIPS)\nG21 G0 X1\nM0\nG0 X2\nM30\n%", 2, "(O01002)", both),
+        (
+            "%\nO01002 (HAAS VF-2)\nG21 G0 X1\nM30\n%",
+            2,
+            "(HAAS, O01002)",
+            "LinuxCNC's, since no dialect is named: `--dialect haas`",
+        ),
+        ("G21\nM98 P2\nM2\nO2\nG0 X1\nM99", 2, "(M98P, O2)", both),
+        ("G21 G90\nG28 U0 W0\nM2", 2, "(G28U0)", both),
+    ] {
+        let (at, is_unknown, text) = noted(source, true).expect(source);
+        assert!(at == line && is_unknown && text.contains(sign) && text.contains(advice), "{source}: {at} {text}");
+        assert_eq!(noted(source, false), None, "{source}");
+    }
+    for source in [
+        "G21 G0 X1\nM2",
+        "%\nG21 G0 X1\nM2\n%",
+        "G21\no100 sub\nG0 X1\no100 endsub\no100 call\nM2",
+        "G21\nO100 if [1 EQ 1] (inner)\nG0 X1\nO100 endif\nM2",
+        "G21\n#3=1\no<goto> while [#3 GT 0]\n#3=0\no<goto> endwhile\nM2",
+        "G21 (a part for O1000)\nG0 X1 ; G65\nM2",
+    ] {
+        assert_eq!(noted(source, true), None, "{source}");
+    }
+    // LinuxCNC's thread of a pitch below 1 mm, and Fanuc's P of six digits.
+    let thread = |p: &str| {
+        let setup = Setup { dialect_is_assumed: true, ..Setup::lathe() };
+        let source = format!("G21 G8 S100 M3\nG0 Z-.5 X.2\nG76 P{p} Z-1 I-.075 J.008 K.045 Q29.5 L2 E.045\nM2");
+        let notes = interpret(&source, Path::new("part.ngc"), &setup).expect(&source).notes;
+        notes.iter().any(|note| note.text.contains("no dialect is named"))
+    };
+    assert_eq!(["0.05", "010060"].map(thread), [false, true]);
 }
 
 #[test]

@@ -72,6 +72,7 @@ pub fn report(checked: &Checked<'_>) -> Result<String> {
     }
     let properties = [
         ("program", file.to_string()),
+        ("dialect", run.setup.dialect.to_string()),
         ("method", variant.info.id.to_owned()),
         ("program_time_s", format!("{:.3}", outcome.duration_s)),
     ];

@@ -25,9 +25,11 @@ pub fn report(checked: &Checked<'_>) -> Value {
     let of_scene = not_examined_of_scene(scene, outcome);
     let notices: Vec<Value> = of_scene.iter().map(|text| notice("warning", text)).chain(of_program).collect();
     let program = run.file.file_name().unwrap_or(OsStr::new("")).to_string_lossy();
+    let dialect = run.setup.dialect.name();
     let mut run = log(&results, &json!({ "executionSuccessful": true, "toolExecutionNotifications": notices }));
     // Two programs of one pipeline are two analyses, of which none replaces the other.
     run["automationDetails"] = json!({ "id": format!("bvbench/{}/{program}/", scene.name) });
+    run["properties"] = json!({ "dialect": dialect });
     run["artifacts"] = json!([{ "location": { "uri": uri } }]);
     whole(&run)
 }

@@ -8,6 +8,7 @@ use crate::scene::template::{BASE, Chain, NewPart, NewScene, TEMPLATES};
 use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, SceneError, set_up};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
+use rs274::Plane;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -143,8 +144,15 @@ fn show(folder: &Path, scene: &Scene) {
         );
     }
     let (folder, shown) = (folder.display(), quoted(&folder.to_string_lossy()));
+    let is_lathe = scene.program.as_ref().is_some_and(|run| run.setup.plane == Plane::Zx);
+    let job = match is_lathe {
+        true => {
+            "--stock cylinder:50,120\nTurning tools are parts with `tool = N`; `tools = [{ number = N }]` of [program] in scene.toml names them."
+        }
+        false => "--tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30",
+    };
     say(format!(
-        "\n{folder}/scene.toml is written. If the sizes are wrong, give the command again with --unit and --fresh. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z --tool 1=diameter:10,flute:22,stickout:40,holder:32x60 --stock box:100,60,30"
+        "\n{folder}/scene.toml is written. If the sizes are wrong, give the command again with --unit and --fresh. Next:\n  bvbench view {shown} --open        does each axis go the right way?\n  bvbench check {shown}              does anything touch that should not?\n  bvbench check {shown} part.ngc --offset G54=X,Y,Z {job}"
     ));
 }
 

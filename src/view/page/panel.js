@@ -62,7 +62,7 @@ class OperatorPanel {
       value.textContent = (isRotary(axis) ? (position[axis] * 180) / Math.PI : position[axis]).toFixed(3);
     }
     this.state.dataset.state = status.state;
-    this.state.textContent = status.state;
+    this.state.textContent = `${status.state} here`;
     this.pair.textContent = status.text;
     const [move, line] = [motion.moveAt(place), motion.lineAt(place)];
     this.block.textContent = data.program?.lines[line - 1]?.trim() || (line === 0 ? "at the start" : " ");

@@ -67,6 +67,7 @@ pub(super) fn setup(file: &ProgramFile) -> Result<Setup, Nonsense> {
         setup.tool_change[axis as usize] = Some(if axis.is_rotary() { value.to_radians() } else { value });
     }
     setup.tool = file.tool;
+    setup.dialect_is_assumed = file.dialect.is_none();
     if let Some(dialect) = &file.dialect {
         setup.dialect = dialect.get_ref().parse().map_err(|message| (dialect.span(), message))?;
     }
@@ -370,7 +371,8 @@ impl ProgramRun {
 
     /// A run without moves, with the controller of a mill that starts at zero, for a scene without a program.
     pub fn of_mill() -> Self {
-        deferred("", PathBuf::new(), String::new(), &Setup::default(), None, Sampling::default())
+        let setup = Setup { dialect_is_assumed: true, ..Setup::default() };
+        deferred("", PathBuf::new(), String::new(), &setup, None, Sampling::default())
     }
 }
 

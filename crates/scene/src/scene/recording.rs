@@ -122,7 +122,7 @@ pub(super) fn parse(text: &str, file: &Path, parts: &[&str], initial: &[Isometry
     };
     let layout = Layout::of(reader.headers().map_err(|error| syntax(&error))?).ok_or_else(|| {
         let names = format!("part,{} or part,{}", QUATERNION.join(","), MATRIX.join(","));
-        meaning(1, 1, format!("the columns must be {names}, after an optional frame"))
+        meaning(1, 1, format!("the first row must name the columns: {names}, after an optional frame"))
     })?;
     let part_at = usize::from(layout.has_frame);
     let names_part = |line: &str| line.split(',').nth(part_at).is_some_and(|name| parts.contains(&name.trim()));
@@ -231,7 +231,11 @@ mod tests {
     fn errors_name_file_and_line() {
         let (q, one) = ("part,qw,qx,qy,qz,tx,ty,tz\n", "1,0,0,0,0,0,0\n");
         for (text, message) in [
-            ("part,x,y\n".to_owned(), "poses.csv:1:1: the columns must be"),
+            (
+                "part,x,y\n".to_owned(),
+                "poses.csv:1:1: the first row must name the columns: part,qw,qx,qy,qz,tx,ty,tz or",
+            ),
+            ("a,1,0,0,0,0,0,0\n".to_owned(), "poses.csv:1:1: the first row must name the columns"),
             (q.to_owned(), "poses.csv:1:1: there is no pose"),
             (
                 format!("{q}leg,1,0,0,0,0,0,0\n"),

@@ -258,8 +258,12 @@ impl NewScene {
             let _ = writeln!(text, "{off}{key} = {{ {at} }} # {why}, machine coordinates");
         }
         *text += "# work_offsets = { G54 = { x_mm = 0, y_mm = 0, z_mm = 0 } } # machine coordinates; `--offset G54=X,Y,Z` for a single run\n\
-                  # tool_change = { Z = 0 } # where M6 changes tools; without it, where the machine stands\n\
-                  # tools = [{ number = 1, diameter_mm = 10, flute_mm = 22, stickout_mm = 40, holder = [{ diameter_mm = 32, length_mm = 60 }] }]\n";
+                  # tool_change = { Z = 0 } # where M6 changes tools; without it, where the machine stands\n";
+        *text += if self.chain.is_lathe {
+            "# tools = [{ number = 1 }] # turning tools, which are drawn as parts with `tool = 1`\n"
+        } else {
+            "# tools = [{ number = 1, diameter_mm = 10, flute_mm = 22, stickout_mm = 40, holder = [{ diameter_mm = 32, length_mm = 60 }] }]\n"
+        };
         let _ = writeln!(
             text,
             "\n# Where the spindle holds tools and what carries the work: for `--tool`, `--stock` and five axes.\n[program.tool_centre_point]\n\
@@ -366,6 +370,9 @@ mod tests {
             jog.contains("G53 G0 Y0 X0 Z20\n") && jog.contains("G1 X-5\nG1 X0\n") && jog.contains("G1 Z30\n"),
             "{jog}"
         );
+        assert!(scene.toml().contains("\n# tools = [{ number = 1, diameter_mm"));
+        let lathe = NewScene { chain: Chain::find("lathe").unwrap(), limits: BTreeMap::new(), ..scene.clone() };
+        assert!(lathe.toml().contains("\n# tools = [{ number = 1 }]"));
         for key in ["start", "home"] {
             assert!(scene.toml().contains(&format!("\n{key} = {{ z_mm = 20.0 }}")), "{key}");
         }
