@@ -624,6 +624,40 @@ fn a_slanted_insert_faces_past_the_centre() {
 }
 
 #[test]
+fn an_insert_beside_the_plane_of_the_axis_faces_past_the_centre_and_leaves_the_middle() {
+    for y in [-0.02, -0.05, -1.0, 5.0] {
+        let text = with_insert([30.0, y, 60.0], "[[0, 0], [8, 0], [8, 3], [0, 3]]");
+        // 0.8 mm past the centre, 1 mm below the face.
+        let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z0\nG0 X0\nM2");
+        assert!(told.is_clear(), "{y}: {:?}", told.events);
+        if y.abs() >= 1.0 {
+            let mut stock = told.remaining[0].stock.clone();
+            assert_eq!(stock.material_at(&Point::new(0.8, 0.0, 49.5)), Material::Solid, "{y}");
+            assert_eq!(stock.material_at(&Point::new(1.2, 0.0, 49.5)), Material::Gone, "{y}");
+        }
+        let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z-12\nM2");
+        assert_eq!(kinds(&told), [(4, "rapid-into-workpiece")], "{y}");
+    }
+}
+
+#[test]
+fn an_insert_that_reaches_across_the_axis_leaves_a_bore() {
+    let tube = "{ kind = \"revolve\", profile_mm = [[4.5, 0], [25, 0], [25, 50], [4.5, 50]] }";
+    let text = [
+        LATHE,
+        &part("tube", "spindle", "workpiece", [0.0; 3], tube),
+        &part("insert", "slide", "cutter", [30.0, 0.0, 70.0], &cuboid([4.0, 4.0, 3.0])),
+    ]
+    .concat();
+    // From x = -2.95 to 1.05, 1 mm deep in the bore: 3.56 mm from the axis at most. Then far out and up.
+    let program = |x: f64| format!("M3 S500\nG0 X{x}\nG0 Z-19.5\nG0 X{} Z136.5\nM2", x + 198.0);
+    let told = found(&text, &program(-61.9));
+    assert!(told.is_clear(), "{:?}", told.events);
+    // 4.85 mm from the axis.
+    assert_eq!(kinds(&found(&text, &program(-64.84)))[0].0, 3);
+}
+
+#[test]
 fn an_insert_cuts_wherever_its_rake_face_is() {
     for y in [0.0, 0.001, -0.001, 0.5, 3.9] {
         let text = with_insert([30.0, y, 60.0], "[[0, 0], [9, -5], [9, 5]]");

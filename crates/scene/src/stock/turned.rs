@@ -8,10 +8,13 @@
 //! A section at the distance y from the plane passes ρ = √((x + X)² + y²), with X the place of the cutter. Seen from the cutter, at ρ - X, its x is a concave function
 //! of that, and grows with X: a tangent at the greatest X bounds it from above, and the greatest difference of the two, at the least X, from below.
 //!
-//! The widening, of each half plane a ρ + b z <= c of the hull. For a point p of a triangle ρ(p) is between |x(p)| and the mixture of the corners' ρ, as the norm is
-//! convex. Where x(p) >= 0 and a < 0, (x, z) in the half plane puts (ρ, z) into it; where a >= 0, p is beyond it by no more than some corner at (ρ, z)
-//! is. Where x(p) < 0 the same holds of (-ρ, z) and the other sign of a, and ρ - |x| is at most |y|. By how much a corner is beyond is a convex function of X: along a
-//! way in x the chord between both ends holds it.
+//! The widening, of each half plane a ρ + b z <= c of the hull. Take x from the axis. Points with x >= 0 are looked for at (ρ, z), all others at (-ρ, z). As ρ >= |x|, the
+//! former need no widening where a < 0, and the latter none where a >= 0. For the rest let r = √(max(x, 0)² + y²) where a >= 0, and √(min(x, 0)² + y²) where a < 0. It is ρ for the
+//! points in question, and has a value for all. As the norm of convex functions that are nowhere negative, max(±x, 0) and |y|, r is convex in the point and X together. So is
+//! the excess, in which r has the factor |a|. So no point in question is farther beyond than some corner, and along a way in x the chord between both ends bounds it.
+//! Where a < 0 a second half plane is widened by |a| times the greatest |y|, which ρ - |x| does not exceed.
+//!
+//! If no point is nearer to the plane of the axis than h > 0, none has ρ < h. So a place at ρ < h is outside by h - ρ at least, and any other is at most ρ - h deep.
 
 use super::convex::{Convex, HalfPlane, Least};
 use crate::geometry::hull::Hull;
@@ -42,6 +45,8 @@ pub(super) struct Turned {
     corners: Vec<Point>,
     /// Largest distance from the plane, mm.
     beside: f64,
+    /// Least distance from the plane, mm: no point comes nearer to the axis. Minus infinity where the part is in the plane or as near to it as a section that counts as in it.
+    hole: f64,
 }
 
 /// Corners of a convex outline, (x, z), counter-clockwise, mm.
@@ -105,12 +110,16 @@ impl Turned {
         let width =
             |HalfPlane { a, b, c }: &HalfPlane| outline.iter().map(|[x, z]| c - a * x - b * z).fold(0.0, f64::max);
         let widths = hull.iter().flat_map(|hull| &hull.planes).map(width);
-        let deepest = 0.5 * widths.fold(f64::INFINITY, f64::min);
+        let apart = near.max(-far);
+        let hole = if apart > IN_PLANE_MM { apart } else { f64::NEG_INFINITY };
+        // Wherever the part is, some point of it is at least this far from the axis. No place is deeper than half the way from there to the hole.
+        let reach = beside.max(0.5 * (right - left));
+        let deepest = 0.5 * widths.fold(reach - hole, f64::min);
         let corners = match Hull::of(vertices.iter()) {
             Some(Hull::Solid(solid)) => solid.vertices,
             _ => vertices,
         };
-        Self { section, beside_it, hull, deepest, corners, beside }
+        Self { section, beside_it, hull, deepest, corners, beside, hole }
     }
 
     /// The same without a section.
@@ -145,24 +154,25 @@ impl Turned {
         let by = |HalfPlane { a, b, c }: &HalfPlane| {
             let beyond = |side: f64| {
                 ways.map(|x| {
-                    let of = |v: &Point| a * (side * (v.x + x).hypot(v.y) - x) + b * v.z - c;
+                    let of = |v: &Point| a * (side * (side * (v.x + x)).max(0.0).hypot(v.y) - x) + b * v.z - c;
                     self.corners.iter().map(of).fold(0.0, f64::max)
                 })
             };
             match (*a >= 0.0, crosses) {
-                (true, _) => beyond(1.0),
-                (false, true) => Some(beyond(-1.0))
-                    .filter(|by| by.iter().all(|by| *by <= -a * self.beside))
-                    .unwrap_or([-a * self.beside; 2]),
-                (false, false) => [0.0; 2],
+                (true, _) => vec![beyond(1.0)],
+                (false, true) => vec![beyond(-1.0), [-a * self.beside; 2]],
+                (false, false) => vec![[0.0; 2]],
             }
         };
-        let by: Vec<[f64; 2]> = hull.planes.iter().map(by).collect();
-        let at_first = hull.planes.iter().zip(&by).map(|(plane, by)| HalfPlane { c: plane.c + by[0], ..*plane });
-        Widened { convex: Convex { planes: at_first.collect() }, growth: by.iter().map(|by| by[1] - by[0]).collect() }
+        let widened = |plane: &HalfPlane| {
+            let HalfPlane { a, b, c } = *plane;
+            by(plane).into_iter().map(move |[first, last]| (HalfPlane { a, b, c: c + first }, last - first))
+        };
+        let (planes, growth) = hull.planes.iter().flat_map(widened).unzip();
+        Widened { convex: Convex { planes }, growth }
     }
 
-    /// Linear functions of (ρ, 0, z) below the excess, one for each side of the axis: values at a point, and gradients.
+    /// Linear functions of (ρ, 0, z) below the excess, one for each side of the axis: values at a point, and gradients. They leave the hole out.
     pub fn tangents(&self, rho: f64, z: f64, shift: &Shift) -> impl Iterator<Item = (f64, Vector)> {
         let of = move |(hull, side): (&Widened, f64)| {
             let OnLine { low, normal: [a, b], .. } = hull.least(shift.seen(side * rho, z), shift.travel);
@@ -192,6 +202,8 @@ impl Turned {
             let spread = a.abs() * across + b.abs() * along;
             (found.low, found.deep) = (found.low.min(low), found.deep.min(low - spread));
         }
+        found.low = found.low.max(self.hole - rho);
+        found.deep = found.deep.max(self.hole - rho - across);
         // What is outside is not asked whether it is inside.
         if found.deep < 0.0 {
             let highs = self.sections(shift).map(|piece| of(piece, 1.0).high.min(of(piece, -1.0).high));
@@ -416,6 +428,42 @@ mod tests {
             let turn = UnitQuaternion::from_euler_angles(0.0, turn, 0.0);
             let turned = Turned::new(&mesh, &Isometry::from_parts(Vector::zeros().into(), turn), false);
             assert!((turned.deepest_mm() - 0.3).abs() < 1e-6, "{}", turned.deepest_mm());
+        }
+    }
+
+    fn cuboid(at: [f64; 3]) -> Turned {
+        let shape: Shape = toml::from_str("kind = \"rounded-box\"\nsize_mm = [8, 4, 6]").unwrap();
+        let mesh = shape.mesh(&Tessellation::default()).unwrap();
+        Turned::new(&mesh, &Isometry::translation(at[0], at[1], at[2]), true)
+    }
+
+    #[test]
+    fn beside_the_plane_no_point_is_nearer_to_the_axis_than_the_plane_is() {
+        for (beside, hole) in [(2.05, 0.05), (-2.05, 0.05), (5.0, 3.0), (1.0, f64::NEG_INFINITY)] {
+            // From x = -0.8 to 7.2 at the end of the way.
+            let turned = cuboid([4.0, beside, 0.0]);
+            let shift = turned.shift([20.0, 0.0], [-20.8, 0.0]);
+            for rho in [0.0, 0.02, 1.0, 2.9] {
+                let found = turned.least(rho, 0.0, &shift, [0.01, 0.01]);
+                let is_held = found.low >= hole - rho - 1e-9 && found.deep >= hole - rho - 0.01 - 1e-9;
+                assert!(is_held, "{beside} {rho}: {found:?}");
+                assert!(found.high >= found.low, "{beside} {rho}: {found:?}");
+                assert_eq!(found.low < 0.0, rho > hole, "{beside} {rho}: {found:?}");
+            }
+        }
+        // 10 to 14.56 mm from the axis where its middle is over the axis.
+        assert_eq!(cuboid([0.0, 12.0, 0.0]).deepest_mm(), 2.0);
+    }
+
+    #[test]
+    fn on_the_other_side_of_the_axis_nothing_is_farther_than_its_corners() {
+        // From x = -6 to 2 at first, and then away from the axis and from the place.
+        let turned = cuboid([-4.0, 0.0, 0.0]);
+        let shift = turned.shift([2.0, 0.0], [98.0, 200.0]);
+        let greatest = 6f64.hypot(2.0);
+        for rho in [greatest - 0.1, greatest + 0.1, 7.0, 9.0] {
+            let found = turned.least(rho, 0.0, &shift, [0.0; 2]);
+            assert!((found.low - (rho - greatest)).abs() < 0.01, "{rho}: {found:?}");
         }
     }
 
