@@ -204,6 +204,10 @@ fn a_needle_that_goes_into_a_finished_part_is_told_wherever_it_does() {
             scene_of(&part.replace("gouge_mm = 0.02", &format!("gouge_mm = {allowed_mm}")), "G0 Z5\nM2");
         assert_eq!(run_own(&scene, &Settings::standard()).thin_cutters, thin);
     }
+    // With its middle inside, 30 mm long, it is told all the same; the surface is 0.05 mm in it.
+    let (_folder, scene) = scene_of(&part.replace("gouge_mm = 0.02", "gouge_mm = 0.06"), "G0 Z5\nG1 Z-18 F1000\nM2");
+    let found = run_own(&scene, &Settings::standard()).events;
+    assert!(found.iter().any(|event| event.kind == Kind::Gouge && event.least_mm < -0.04), "{found:?}");
 }
 
 /// A blade of 20 mm across the spindle's axis, beside a clamp that is 5 mm from the axis's way.

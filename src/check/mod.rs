@@ -176,7 +176,7 @@ pub struct Outcome {
     pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
-    /// Cutters so thin that nothing is as deep in them as the finished workpiece may be: none of their gouges is found.
+    /// Cutters so thin that no depth in them is more than the finished workpiece allows: their gouges are found only where their middle is inside it.
     pub thin_cutters: Vec<usize>,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
     pub open_cutters: Vec<usize>,

@@ -229,10 +229,10 @@ impl<'a> Scan<'a> {
     /// Takes a place into the stretches; places come in order.
     fn note(&mut self, found: &Measured) {
         let &Measured { place, inside, nearness, distance } = found;
-        // Solids that share a point are 0 apart; a cutter wholly inside a finished workpiece is as deep as their surfaces are apart.
+        // Solids that share a point are 0 apart; a cutter inside a finished workpiece is as deep as their surfaces are apart, or as the surface lies inside a thin one.
         let distance = match self.bodies.gouges.get(&self.pair) {
             _ if !inside => distance,
-            Some(gouge) => gouge.allowed_mm - distance,
+            Some(gouge) => gouge.allowed_mm - distance.abs(),
             None => 0.0,
         };
         let was_near = std::mem::replace(&mut self.is_near, nearness <= self.borders.len());

@@ -721,10 +721,10 @@ impl<'a> Ledger<'a> {
     }
 
     /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
-    /// workpieces may be none ([`Met::join`]).
+    /// workpieces may be none ([`Met::join`]), and that of what a spindle turns is none where the parts as drawn collide meanwhile ([`super::event::add_turned`]).
     fn knows_first(&self, scene: &Scene, at: usize) -> bool {
         let is_of_two = |pair: Pair| [pair.a, pair.b].iter().all(|&part| scene.parts[part].role == Role::Workpiece);
-        let contacts = self.met.contacts.iter().filter(|contact| !is_of_two(contact.pair));
+        let contacts = self.met.contacts.iter().filter(|contact| !contact.is_turned && !is_of_two(contact.pair));
         let first = contacts.min_by(|a, b| a.from.total_cmp(&b.from));
         let is_over = |place: f64| self.path.line_at(place) != self.path.line_at(at as f64);
         first.is_some_and(|first| first.depth.low > 0.0 || is_over(first.to))
@@ -795,6 +795,12 @@ impl<'a> Ledger<'a> {
         if from.fract() == 0.0 && from < to {
             from = from.next_up();
         }
+        // Nothing touches what is left before it touches the uncut workpiece.
+        let touching: &[Stretch] = &self.touching[other];
+        let begin = |from: f64, to: f64| {
+            let next = touching.partition_point(|stretch| stretch.to < from);
+            touching.get(next).map_or(from, |stretch| from.max(stretch.from.min(to)))
+        };
         let before = self.last[other].map(|index| &mut self.met.contacts[index]);
         if let Some(before) = before {
             let goes_on = before.to >= from - JOINED * (told.to - told.from).max(1.0);
@@ -809,14 +815,13 @@ impl<'a> Ledger<'a> {
             let is_as_sure = before.depth.low > 0.0 || contact.depth.low <= 0.0 || before.kind == kind && same_line();
             if goes_on && same && is_as_sure {
                 // Two bodies of one part may be in contact at once.
-                (before.from, before.to) = (before.from.min(from), before.to.max(to));
+                let to = before.to.max(to);
+                (before.from, before.to) = (begin(before.from.min(from), to), to);
                 before.depth = before.depth.max(contact.depth);
                 return;
             }
         }
-        // Nothing touches what is left before it touches the uncut workpiece.
-        let next = self.touching[other].partition_point(|stretch| stretch.to < from);
-        let from = self.touching[other].get(next).map_or(from, |stretch| from.max(stretch.from.min(to)));
+        let from = begin(from, to);
         self.last[other] = Some(self.met.contacts.len());
         let Other { pair, is_turned, .. } = self.others[other];
         self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth: contact.depth });

@@ -139,6 +139,7 @@ fn a_program_that_runs_and_looks_like_another_controls_is_noted_where_no_dialect
         "%\nG21 G0 X1\nM2\n%",
         "G21\no100 sub\nG0 X1\no100 endsub\no100 call\nM2",
         "G21\nO100 if [1 EQ 1] (inner)\nG0 X1\nO100 endif\nM2",
+        "G21\n/o100 if [1 EQ 1]\nG0 X1\n/o100 endif\nM2",
         "G21\n#3=1\no<goto> while [#3 GT 0]\n#3=0\no<goto> endwhile\nM2",
         "G21 (a part for O1000)\nG0 X1 ; G65\nM2",
     ] {

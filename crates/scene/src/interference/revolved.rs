@@ -16,6 +16,8 @@ use std::f64::consts::PI;
 const SAME_HEIGHT_MM: f64 = 1e-7;
 /// Largest number of heights at which the profile may have a corner; a mesh with more heights gets equal steps.
 const MOST_HEIGHTS: usize = 96;
+/// The same where depths in the body are told: between the heights of equal steps the body is larger than the mesh.
+const FINE_HEIGHTS: usize = 400;
 /// Sine of the angle below which three points of a profile count as collinear; over a metre the deviation is less than [`SAME_HEIGHT_MM`].
 const STRAIGHT: f64 = 1e-10;
 /// Smallest fraction of the body that a mesh must fill to count as round; a prism with eight sides fills 0.90 of its cylinder.
@@ -40,15 +42,24 @@ impl Revolved {
         Self::about(mesh, upright(mesh))
     }
 
+    /// The same with corners at up to 400 heights.
+    pub fn finely_around(mesh: &Mesh) -> Self {
+        Self::of(mesh, upright(mesh), FINE_HEIGHTS)
+    }
+
     /// The body around a mesh whose axis is z of the frame to which `tool_from_mesh` leads.
     pub fn about(mesh: &Mesh, tool_from_mesh: Isometry) -> Self {
+        Self::of(mesh, tool_from_mesh, MOST_HEIGHTS)
+    }
+
+    fn of(mesh: &Mesh, tool_from_mesh: Isometry, most_heights: usize) -> Self {
         let places: Vec<P2> = mesh
             .vertices()
             .iter()
             .map(|vertex| tool_from_mesh * vertex)
             .map(|p| P2::new(p.x.hypot(p.y).max(SAME_HEIGHT_MM), p.z))
             .collect();
-        let outline = outline(&places, mesh.faces());
+        let outline = outline(&places, mesh.faces(), most_heights);
         let slice = |pair: &[P2]| frustum_mm3([pair[0].x, pair[1].x], pair[1].y - pair[0].y);
         let volume_mm3 = outline.windows(2).map(slice).sum::<f64>();
         let volume = mesh.signed_volume();
@@ -111,8 +122,8 @@ pub fn line_to_z(point: &Point, direction: &Vector) -> Isometry {
 }
 
 /// The profile of a mesh with its vertices at `places`, from the axis to the axis, bottom first.
-fn outline(places: &[P2], faces: &[[u32; 3]]) -> Vec<P2> {
-    let heights = Heights::of(places);
+fn outline(places: &[P2], faces: &[[u32; 3]], most_heights: usize) -> Vec<P2> {
+    let heights = Heights::of(places, most_heights);
     let count = heights.values.len();
     // The largest radius at a height, and at both ends of the slab above it.
     let mut at = vec![0.0_f64; count];
@@ -206,17 +217,17 @@ struct Heights {
 }
 
 impl Heights {
-    fn of(places: &[P2]) -> Self {
+    fn of(places: &[P2], most: usize) -> Self {
         let mut all: Vec<f64> = places.iter().map(|place| place.y).collect();
         all.sort_by(f64::total_cmp);
         let (low, high) = (all[0], all[all.len() - 1]);
         all.dedup_by(|next, kept| *next - *kept <= SAME_HEIGHT_MM);
-        if all.len() <= MOST_HEIGHTS {
+        if all.len() <= most {
             return Self { values: all, are_exact: true };
         }
-        let step = (high - low) / (MOST_HEIGHTS - 1) as f64;
-        let mut values: Vec<f64> = (0..MOST_HEIGHTS).map(|k| low + step * k as f64).collect();
-        values[MOST_HEIGHTS - 1] = high;
+        let step = (high - low) / (most - 1) as f64;
+        let mut values: Vec<f64> = (0..most).map(|k| low + step * k as f64).collect();
+        values[most - 1] = high;
         Self { values, are_exact: false }
     }
 

@@ -43,7 +43,7 @@ struct Side {
 impl Finished {
     /// Prepares both.
     pub fn new(workpiece: &Arc<Mesh>, cutter: &Mesh) -> Self {
-        let cutter = Revolved::around(cutter);
+        let cutter = Revolved::finely_around(cutter);
         Self { surface: Skin::new(workpiece), hull: hull(&cutter.profile), cutter }
     }
 
@@ -267,6 +267,23 @@ mod tests {
         assert!(is_inside(-9.0) && is_inside(6.0) && !is_inside(8.5) && !is_inside(10.0));
         let far = Isometry::translation(0.0, 0.0, -500.0);
         assert_eq!(Finished::new(&block, &slotting()).least_mm(&far, 50.0), 50.0);
+    }
+
+    /// A ball of 5 mm radius with 200 rings, leaning by 45 degrees, 0.2 mm above the block.
+    #[test]
+    fn a_finely_divided_ball_is_as_large_as_it_is() {
+        let block = mesh("kind = \"rounded-box\"\nsize_mm = [100, 100, 20]");
+        let ring = |k: u32| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_2 * f64::from(k) / 200.0).sin_cos();
+            format!("[{:?}, {:?}], ", 5.0 * sin, 5.0 - 5.0 * cos)
+        };
+        let rings: String = (0..=200).map(ring).collect();
+        let ball = mesh(&format!("kind = \"revolve\"\nprofile_mm = [{rings}[5, 60], [0, 60]]"));
+        let leaning = Isometry::rotation(Vector::x() * std::f64::consts::FRAC_PI_4);
+        let place = Vector::new(0.0, 0.0, 15.2) - leaning * Vector::new(0.0, 0.0, 5.0);
+        let block_from_cutter = Isometry::from_parts(place.into(), leaning.rotation);
+        let found = Finished::new(&block, &ball).least_mm(&block_from_cutter.inverse(), 50.0);
+        assert!((found - 0.2).abs() < 0.01, "{found}");
     }
 
     #[test]

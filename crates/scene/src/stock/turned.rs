@@ -112,7 +112,7 @@ impl Turned {
         let widths = hull.iter().flat_map(|hull| &hull.planes).map(width);
         let apart = near.max(-far);
         let hole = if apart > IN_PLANE_MM { apart } else { f64::NEG_INFINITY };
-        // Wherever the part is, some point of it is at least this far from the axis. No place is deeper than half the way from there to the hole.
+        // Wherever the part is, some point of it is at least this far from the axis. Where none is farther, no place is deeper than half the way from there to the hole.
         let reach = beside.max(0.5 * (right - left));
         let deepest = 0.5 * widths.fold(reach - hole, f64::min);
         let corners = match Hull::of(vertices.iter()) {
