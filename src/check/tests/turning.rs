@@ -308,6 +308,19 @@ fn a_driven_drill_cuts_holes_and_no_ring() {
     assert_eq!((told.is_clear(), told.remaining[0].stock.resolution_mm()), (true, 0.1));
 }
 
+/// One step of 0.4 degrees, after which nothing turns any more, is enough.
+#[test]
+fn what_feeds_while_the_workpiece_is_turned_turns_itself() {
+    let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0));
+    let mill = part("mill", "slide", "cutter", [40.0, 0.0, 60.0], &cuboid([4.0, 4.0, 40.0]));
+    let may_be_driven = |first: &str| {
+        let scene = scene(&[LATHE, &bar, &mill].concat(), &format!("M3 S500\n{first}\nG1 Z-10\nG0 Z0\nM2"));
+        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+        crate::check::turning::may_be_driven(&scene, &path, 1)
+    };
+    assert!(may_be_driven("G1 C0.4 F100") && !may_be_driven("G1 Z-5 F100"));
+}
+
 #[test]
 fn each_cutter_needs_its_own_spindle_where_each_has_codes() {
     let text = |dialect: &str, at: [f64; 3], cutter: &str| {
