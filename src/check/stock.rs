@@ -847,3 +847,22 @@ impl<'a> Ledger<'a> {
 
 /// Part of a step that may be between two contacts that are one.
 const JOINED: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_workpieces_touch_where_neither_stock_is_free() {
+        let (pair, other) = (Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 });
+        let depth = Depth { low: 1.0, high: 2.0 };
+        let contact = StockContact { pair, is_turned: false, kind: Kind::Collision, from: 2.0, to: 9.0, depth };
+        let mut first = Met { contacts: vec![contact], cut_from: Some(0.0), ..Met::default() };
+        let near = vec![(pair, [1.0, 4.0]), (other, [4.0, 5.0]), (pair, [6.0, 7.0]), (pair, [20.0, 21.0])];
+        let mut second = Met { near, cut_from: Some(5.0), ..Met::default() };
+        first.join(&mut second, pair);
+        let found: Vec<_> = first.contacts.iter().map(|part| (part.from, part.to, part.depth)).collect();
+        let uncertain = Depth { low: 0.0, ..depth };
+        assert_eq!(found, [(2.0, 4.0, uncertain), (6.0_f64.next_up(), 7.0, uncertain)]);
+    }
+}
