@@ -428,9 +428,12 @@ fn not_examined_of_scene(scene: &Scene, outcome: &Outcome) -> Vec<String> {
     touches.chain(tools).chain(others).collect()
 }
 
-/// What is not known of parts that are open or turn.
+/// What is said of a part, by its name.
+type Tell = fn(&str, &Part) -> String;
+
+/// What is not known of parts that are open, thin or turn.
 fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
-    let of_parts: [(&[usize], fn(&str, &Part) -> String); 6] = [
+    let of_parts: [(&[usize], Tell); 6] = [
         (&outcome.open_cutters, |name, _| {
             format!(
                 "what `{name}` cuts, whose mesh is not watertight; nothing is taken away for sure, and rapids where it has cut are unresolved"
@@ -464,7 +467,7 @@ fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
             format!("what lies wholly inside `{name}`, whose mesh is not watertight (`bvbench scene info` says where)")
         }),
     ];
-    let told = |part: usize, tell: fn(&str, &Part) -> String| tell(&scene.parts[part].name, &scene.parts[part]);
+    let told = |part: usize, tell: Tell| tell(&scene.parts[part].name, &scene.parts[part]);
     of_parts.iter().flat_map(|(parts, tell)| parts.iter().map(move |&part| told(part, *tell))).collect()
 }
 

@@ -41,8 +41,8 @@ pub struct UrdfError {
 
 impl UrdfError {
     /// An error of the file as a whole.
-    fn of_file(message: impl ToString) -> Self {
-        Self { name: None, message: message.to_string() }
+    fn of_file(message: impl std::fmt::Display) -> Self {
+        Self { name: None, message: format!("{message}") }
     }
 
     /// An error of a link or joint.

@@ -25,8 +25,8 @@ impl Place {
     }
 
     /// The error of what is wrong here.
-    pub(super) fn error(self, message: impl ToString) -> SceneError {
-        SceneError::At { place: self, message: message.to_string() }
+    pub(super) fn error(self, message: impl fmt::Display) -> SceneError {
+        SceneError::At { place: self, message: format!("{message}") }
     }
 }
 

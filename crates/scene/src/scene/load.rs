@@ -102,7 +102,7 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     if parts.is_empty() {
         return Err(SceneError::NoParts { file: document.path });
     }
-    let (program, more_programs, drawn_tools) =
+    let Programs { first: program, more: more_programs, drawn_tools } =
         read_programs(&mut folder, &document, &scene, &machine, &mut parts, overrides)?;
     let recorded = scene.recorded.as_ref();
     let recording =
@@ -154,7 +154,16 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     })
 }
 
-/// The scene's program and the further ones, and the tools of the first that are drawn, which it adds to the parts.
+/// The programs of a scene.
+#[derive(Default)]
+struct Programs {
+    first: Option<ProgramRun>,
+    more: Vec<ProgramRun>,
+    /// Tools of the first that are drawn.
+    drawn_tools: Vec<DrawnTool>,
+}
+
+/// The scene's program and the further ones; drawn tools are added to the parts.
 fn read_programs(
     folder: &mut Folder,
     document: &Document,
@@ -162,8 +171,8 @@ fn read_programs(
     machine: &Machine,
     parts: &mut Vec<Part>,
     overrides: &Overrides,
-) -> Result<(Option<ProgramRun>, Vec<ProgramRun>, Vec<DrawnTool>), SceneError> {
-    let Some(file) = &scene.program else { return Ok(Default::default()) };
+) -> Result<Programs, SceneError> {
+    let Some(file) = &scene.program else { return Ok(Programs::default()) };
     let tip = file.tool_centre_point.as_ref().map(|tip| read_tip(document, machine, tip)).transpose()?;
     let mut setup = read_setup(document, machine, file, tip.as_ref())?;
     let drawn_tools = mount_tools(document, machine, parts, file, tip.as_ref(), &mut setup)?;
@@ -174,7 +183,7 @@ fn read_programs(
         program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
     });
     let more = more.collect::<Result<Vec<_>, SceneError>>()?;
-    Ok((Some(first), more, drawn_tools))
+    Ok(Programs { first: Some(first), more, drawn_tools })
 }
 
 /// The machine, from the scene file or from a separate file, and the parts of the separate file.

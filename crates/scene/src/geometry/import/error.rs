@@ -55,8 +55,8 @@ pub struct ImportError {
 
 impl ImportError {
     /// An error of the file as a whole.
-    pub(super) fn of_file(path: &Path, message: impl ToString) -> Self {
-        Self { path: path.into(), message: message.to_string() }
+    pub(super) fn of_file(path: &Path, message: impl fmt::Display) -> Self {
+        Self { path: path.into(), message: format!("{message}") }
     }
 
     /// An error at a place of the file.
