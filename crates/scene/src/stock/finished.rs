@@ -259,7 +259,8 @@ mod tests {
             let found = Finished::new(&block, &cutter);
             let cutter_from_block = Isometry::translation(-at[0], -at[1], -at[2]);
             let found = found.least_mm(&cutter_from_block, 50.0);
-            assert!((found - expected).abs() <= CLOSE_MM.max(-CLOSE_PART * expected) + 1e-6, "{at:?}: {found}");
+            // Pieces that are not divided take a little of the needle's depth.
+            assert!((found - expected).abs() <= CLOSE_MM.max(-1.1 * CLOSE_PART * expected) + 1e-6, "{at:?}: {found}");
         }
         // Up to the top, and beyond it by more than half of it.
         let pin = Finished::new(&block, &cylinder(1.0, 4.0));

@@ -21,6 +21,7 @@ pub(super) enum Place {
     /// A named object of the file, such as `meshes[0].primitives[1]`.
     Object(String),
     /// A line and a column of a file within an archive, both counted from 1.
+    #[cfg(feature = "3mf")]
     Part {
         /// Its name.
         part: String,
@@ -38,6 +39,7 @@ impl fmt::Display for Place {
             Self::Triangle { index, byte } => write!(f, "triangle {index} at byte {byte}"),
             Self::Byte(byte) => write!(f, "byte {byte}"),
             Self::Object(name) => write!(f, "{name}"),
+            #[cfg(feature = "3mf")]
             Self::Part { part, line, column } => write!(f, "{part}: line {line}, column {column}"),
         }
     }

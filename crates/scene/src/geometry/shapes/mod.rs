@@ -42,7 +42,7 @@ use tessellation::{Sizing, balance};
 /// A description of a solid, in mm and degrees, in the part's own frame. In files it is a table with a `kind`.
 ///
 /// ```
-/// use bvbench::geometry::shapes::{Shape, Tessellation};
+/// use bvbench_scene::geometry::shapes::{Shape, Tessellation};
 /// let shape: Shape = toml::from_str("kind = 'cylinder'\nradius_mm = 5\nheight_mm = 20").unwrap();
 /// let mesh = shape.mesh(&Tessellation::default()).unwrap();
 /// assert!(mesh.edge_report().is_watertight());
