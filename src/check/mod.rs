@@ -264,8 +264,7 @@ pub fn check(
     let queries = AtomicU64::new(0);
     let scanned = scan_all(&writer, &bodies, settings, &queries, progress);
     let turned_distances: Vec<Distances> = turned.iter().map(|&pair| settings.distances(&spun.scene, pair)).collect();
-    let turned_writer =
-        event::EventWriter { scene: &spun.scene, pairs: &turned, distances: &turned_distances, ..writer };
+    let turned_writer = event::EventWriter { pairs: &turned, distances: &turned_distances, ..writer };
     let mut turned_scanned = Vec::new();
     if !turned.is_empty() {
         progress.begin("checking what turns", path.samples().len().div_ceil(CHUNK) as u64);
