@@ -859,10 +859,17 @@ mod tests {
         let contact = StockContact { pair, is_turned: false, kind: Kind::Collision, from: 2.0, to: 9.0, depth };
         let mut first = Met { contacts: vec![contact], cut_from: Some(0.0), ..Met::default() };
         let near = vec![(pair, [1.0, 4.0]), (other, [4.0, 5.0]), (pair, [6.0, 7.0]), (pair, [20.0, 21.0])];
+        let touch = Touch { pair, moves: 1, line: 3, at_most_mm: 0.1 };
+        first.touches = vec![touch.clone(), Touch { pair: other, ..touch }];
         let mut second = Met { near, cut_from: Some(5.0), ..Met::default() };
         first.join(&mut second, pair);
+        assert_eq!(first.touches.len(), 2);
         let found: Vec<_> = first.contacts.iter().map(|part| (part.from, part.to, part.depth)).collect();
         let uncertain = Depth { low: 0.0, ..depth };
         assert_eq!(found, [(2.0, 4.0, uncertain), (6.0_f64.next_up(), 7.0, uncertain)]);
+        // Where the other stock is free of it, nothing touches once that is cut.
+        second.near.retain(|(near, _)| *near == other);
+        first.join(&mut second, pair);
+        assert_eq!((first.contacts.len(), first.touches.iter().map(|touch| touch.pair).collect()), (1, vec![other]));
     }
 }
