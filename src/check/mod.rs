@@ -31,7 +31,7 @@ use crate::method::Model;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
-use crate::stock::{Finished, StockError};
+use crate::stock::{Finished, StockError, Surface};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, Move, MoveKind};
@@ -512,16 +512,20 @@ struct Body {
 /// Every examined part.
 struct Bodies {
     parts: BTreeMap<usize, Body>,
-    /// Which of the two variants each pair is asked of.
+    /// Which of the two variants each pair is asked of, but for those of `gouges`.
     asked: BTreeMap<Pair, usize>,
     gouges: BTreeMap<Pair, Gouge>,
 }
 
 impl Bodies {
     fn new(scene: &Scene, variants: [&Variant; 2], pairs: &[Pair]) -> Self {
+        let mut surfaces = BTreeMap::new();
+        let gouge = |&pair: &Pair| Some((pair, Gouge::of(scene, pair, &mut surfaces)?));
+        let gouges: BTreeMap<Pair, Gouge> = pairs.iter().filter_map(gouge).collect();
         let is_for_tools = variants[0].is_for_tools;
         let asked: BTreeMap<Pair, usize> = pairs
             .iter()
+            .filter(|&pair| !gouges.contains_key(pair))
             .map(|&pair| (pair, usize::from(is_for_tools && !is_tool_and_workpiece(scene, pair))))
             .collect();
         let mut parts: Vec<usize> = pairs.iter().flat_map(|pair| [pair.a, pair.b]).collect();
@@ -534,7 +538,6 @@ impl Bodies {
             (part, Body { models, solid: Solid::new(Arc::clone(mesh)), ball: pairs::ball(&scene.parts[part]) })
         };
         let parts = parts.into_par_iter().map(prepare).collect::<Vec<_>>().into_iter().collect();
-        let gouges = pairs.iter().filter_map(|&pair| Some((pair, Gouge::of(scene, pair)?))).collect();
         Self { parts, asked, gouges }
     }
 
@@ -584,11 +587,12 @@ struct Gouge {
 
 impl Gouge {
     /// `None` when the pair is not these two, or the scene's workpiece is uncut.
-    fn of(scene: &Scene, pair: Pair) -> Option<Self> {
+    fn of(scene: &Scene, pair: Pair, surfaces: &mut BTreeMap<usize, Surface>) -> Option<Self> {
         let allowed_mm = scene.gouge_mm?;
         let workpiece_first = scene.is_cutting(pair).then(|| scene.parts[pair.a].role == Role::Workpiece)?;
         let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
-        let finished = Finished::new(&scene.parts[workpiece].mesh, &scene.parts[cutter].mesh);
+        let surface = surfaces.entry(workpiece).or_insert_with(|| Surface::of(&scene.parts[workpiece].mesh));
+        let finished = Finished::new(surface.clone(), &scene.parts[cutter].mesh);
         Some(Self { finished, workpiece_first, allowed_mm })
     }
 

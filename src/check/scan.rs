@@ -157,7 +157,6 @@ impl<'a> Scan<'a> {
 
     pub(super) fn measure(&mut self, place: f64, poses: &Poses) -> Measured {
         self.queries += 1;
-        let (a, b) = self.bodies.of(self.pair);
         let beyond = self.widest() + OUTLOOK_MM;
         let a_from_b = self.scene.a_from_b(self.pair, poses);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
@@ -167,6 +166,7 @@ impl<'a> Scan<'a> {
             }
             return Measured { place, distance, inside: false, nearness: self.nearness(distance) };
         }
+        let (a, b) = self.bodies.of(self.pair);
         // Beyond the outlook the distance is the outlook at least.
         let distance = a.distance_mm(b, &a_from_b, beyond, &mut self.proximity).min(beyond);
         let inside = distance > 0.0 && self.bodies.one_in_the_other(self.pair, &a_from_b);

@@ -269,7 +269,7 @@ fn tools_and_workpieces_are_told_by_their_roles() {
             let pair = Pair { a: 0, b: 1 };
             assert_eq!(is_tool_and_workpiece(&scene, pair), wanted, "{one:?} {other:?}");
             let gouges = [one, other].contains(&Role::Cutter) && [one, other].contains(&Role::Workpiece);
-            assert_eq!(Gouge::of(&scene, pair).is_some(), gouges, "{one:?} {other:?}");
+            assert_eq!(Gouge::of(&scene, pair, &mut BTreeMap::new()).is_some(), gouges, "{one:?} {other:?}");
         }
     }
 }

@@ -23,10 +23,21 @@ const SMALLEST_MM: f64 = 0.01;
 /// Places asked about after which that radius grows in proportion to them.
 const MANY: f64 = 1000.0;
 
+/// The surface of a finished workpiece, prepared once for all cutters.
+#[derive(Clone, Debug)]
+pub struct Surface(Arc<Skin>);
+
+impl Surface {
+    /// Prepares it.
+    pub fn of(workpiece: &Arc<Mesh>) -> Self {
+        Self(Arc::new(Skin::new(workpiece)))
+    }
+}
+
 /// A finished workpiece and a cutter.
 #[derive(Clone, Debug)]
 pub struct Finished {
-    surface: Skin,
+    surface: Arc<Skin>,
     cutter: Revolved,
     hull: Vec<Side>,
 }
@@ -41,10 +52,10 @@ struct Side {
 }
 
 impl Finished {
-    /// Prepares both.
-    pub fn new(workpiece: &Arc<Mesh>, cutter: &Mesh) -> Self {
+    /// Prepares the cutter.
+    pub fn new(Surface(surface): Surface, cutter: &Mesh) -> Self {
         let cutter = Revolved::finely_around(cutter);
-        Self { surface: Skin::new(workpiece), hull: hull(&cutter.profile), cutter }
+        Self { surface, hull: hull(&cutter.profile), cutter }
     }
 
     /// No point is deeper in the cutter than this, mm.
@@ -235,6 +246,10 @@ mod tests {
         mesh(&format!("kind = \"cylinder\"\nradius_mm = {radius_mm:?}\nheight_mm = {height_mm:?}"))
     }
 
+    fn finished(workpiece: &Arc<Mesh>, cutter: &Mesh) -> Finished {
+        Finished::new(Surface::of(workpiece), cutter)
+    }
+
     /// A head of 10 mm radius on a neck of 3 mm.
     fn slotting() -> Arc<Mesh> {
         mesh("kind = \"revolve\"\nprofile_mm = [[0, 0], [10, 0], [10, 5], [3, 5], [3, 30], [0, 30]]")
@@ -256,18 +271,18 @@ mod tests {
             // Beside the block, the head 1 mm below it and the neck 2 mm off it.
             (slotting(), [55.0, 0.0, -16.0], 1.0),
         ] {
-            let found = Finished::new(&block, &cutter);
+            let found = finished(&block, &cutter);
             let cutter_from_block = Isometry::translation(-at[0], -at[1], -at[2]);
             let found = found.least_mm(&cutter_from_block, 50.0);
             // Pieces that are not divided take a little of the needle's depth.
             assert!((found - expected).abs() <= CLOSE_MM.max(-1.1 * CLOSE_PART * expected) + 1e-6, "{at:?}: {found}");
         }
         // Up to the top, and beyond it by more than half of it.
-        let pin = Finished::new(&block, &cylinder(1.0, 4.0));
+        let pin = finished(&block, &cylinder(1.0, 4.0));
         let is_inside = |z: f64| pin.holds(&Isometry::translation(-3.0, 0.0, -z));
         assert!(is_inside(-9.0) && is_inside(6.0) && !is_inside(8.5) && !is_inside(10.0));
         let far = Isometry::translation(0.0, 0.0, -500.0);
-        assert_eq!(Finished::new(&block, &slotting()).least_mm(&far, 50.0), 50.0);
+        assert_eq!(finished(&block, &slotting()).least_mm(&far, 50.0), 50.0);
     }
 
     /// A ball of 5 mm radius with 200 rings, leaning by 45 degrees, 0.2 mm above the block.
@@ -283,7 +298,7 @@ mod tests {
         let leaning = Isometry::rotation(Vector::x() * std::f64::consts::FRAC_PI_4);
         let place = Vector::new(0.0, 0.0, 15.2) - leaning * Vector::new(0.0, 0.0, 5.0);
         let block_from_cutter = Isometry::from_parts(place.into(), leaning.rotation);
-        let found = Finished::new(&block, &ball).least_mm(&block_from_cutter.inverse(), 50.0);
+        let found = finished(&block, &ball).least_mm(&block_from_cutter.inverse(), 50.0);
         assert!((found - 0.2).abs() < 0.01, "{found}");
     }
 
@@ -293,7 +308,7 @@ mod tests {
         let samples = Samples::of(&ring, 0.4).points;
         let mut touching = 0;
         for cutter in [cylinder(3.0, 20.0), cylinder(0.2, 20.0), slotting()] {
-            let finished = Finished::new(&ring, &cutter);
+            let finished = finished(&ring, &cutter);
             for k in 0..60 {
                 let k = f64::from(k);
                 let turn = Vector::new(1.3 * (0.37 * k).sin(), 1.1 * (0.53 * k).cos(), 0.2 * k);

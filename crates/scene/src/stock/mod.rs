@@ -31,7 +31,7 @@ pub mod target;
 #[cfg(test)]
 mod tests;
 
-pub use finished::Finished;
+pub use finished::{Finished, Surface};
 pub use sweep::{Body, ROUNDING_MM, Spindle, Sweep, TurningTool};
 pub use tile::{Depth, Material};
 
