@@ -1,5 +1,5 @@
-//! bvbench: a benchmark of bounding volumes. The modules are listed in reading order; a module imports only from modules above it. What
-//! knows no volume is in two crates of its own, so that a change of one does not build it again.
+//! bvbench: a benchmark of bounding volumes. The modules are listed in reading order; a module imports only from modules above it. The first
+//! twelve know no volume and are crates of their own, so that a change of a volume does not build them again.
 
 pub use bvbench_record::{analysis, plot, record, report};
 pub use bvbench_scene::{geometry, interference, machine, picture, scene, stock, truth, workload};
@@ -15,7 +15,7 @@ pub mod check;
 pub mod view;
 pub mod cli;
 
-/// Made-up records for tests, those of the crate that has the rows.
+/// Made-up records for tests, shared with `bvbench-record`.
 #[cfg(test)]
 #[path = "../crates/record/src/record/synthetic.rs"]
 mod synthetic;

@@ -107,7 +107,7 @@ struct Joint {
     curve: Curve,
     /// Whether blocks without a move keep the control from seeing the new element in time: it overcuts.
     is_blind: bool,
-    /// Whether the move before leads in, and where it ends hangs on a setting of the control.
+    /// Whether the move before is the lead-in and a setting of the control decides where it ends.
     is_open: bool,
 }
 

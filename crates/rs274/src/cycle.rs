@@ -57,7 +57,7 @@ pub(super) struct Sticky {
     middle: f64,
     /// Where the first of consecutive cycles started along the normal, program coordinates.
     initial: Option<f64>,
-    /// Whether L0 stood beside a place in the block.
+    /// Whether the block had L0 and also X or Y of another place.
     skips_place: bool,
 }
 
@@ -126,7 +126,7 @@ pub(super) const fn is_cycle(code: i32) -> bool {
     matches!(code, 730 | 740 | 810..=890 | own::FINE_BORE)
 }
 
-/// Whether a code is a cycle that drills in pecks.
+/// Whether a code is a peck drilling cycle.
 const fn drills_in_pecks(code: i32) -> bool {
     matches!(code, 730 | 830)
 }

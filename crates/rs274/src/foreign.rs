@@ -207,7 +207,7 @@ fn found(lines: &[String], words: &[&'static str], is_in: fn(&str, &str) -> bool
     words.iter().filter_map(|&word| Some((word, lines.iter().position(|line| is_in(line, word))?))).collect()
 }
 
-/// Whether the line begins with O behind `/` and its number: LinuxCNC's own control flow.
+/// Whether the line begins with an O word, as LinuxCNC's control flow does; a `/` and an N number may stand before it.
 fn is_o_word(line: &str) -> bool {
     line.trim_start_matches(|c: char| c == '/' || c == 'N' || c.is_ascii_digit()).starts_with('O')
 }

@@ -164,7 +164,7 @@ pub(super) struct Interpreter<'a> {
     /// Whether LinuxCNC's kinematics lead the tip, by an M code of the machine's own: machine coordinates are then world coordinates, and G49 does
     /// not end the control.
     pub is_switched: bool,
-    /// Whether LinuxCNC's M67 or M68 has set an output. It may switch the kinematics.
+    /// Whether M67 or M68 has set an output (LinuxCNC); outputs may switch the kinematics.
     pub has_set_output: bool,
     /// Turned, scaled and mirrored coordinates.
     pub transforms: Transforms,

@@ -405,7 +405,7 @@ impl Values {
         }
     }
 
-    /// Whether a code of the block is skipped that this word may belong to.
+    /// Whether the word may belong to a code that is skipped in this block.
     pub fn may_be_left(&self, letter: char) -> bool {
         self.spare >> slot(letter) & 1 == 1
     }

@@ -485,7 +485,7 @@ impl Interpreter<'_> {
         self.enter_lines(start, at, times, None).map(Next::Line).map_err(fault)
     }
 
-    /// Whether nothing has changed since M99 P of line `at` was last reached.
+    /// Whether the M99 P of line `at` was reached before in the same state: then it goes round for ever.
     fn goes_round(&mut self, at: usize) -> bool {
         self.control.jumps += 1;
         if self.control.jumps > MOST_COMPARED {

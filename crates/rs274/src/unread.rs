@@ -3,7 +3,7 @@
 
 use super::dialect::Dialect;
 
-/// What a G code that is not read does, by ten times its number.
+/// What an unread G code does on the control. `tenths` is ten times its number.
 pub(super) const fn unread_g(tenths: i32, dialect: Dialect, lathe: bool) -> Option<&'static str> {
     match dialect {
         Dialect::Fanuc => of_fanuc(tenths),

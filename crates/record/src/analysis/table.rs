@@ -182,7 +182,7 @@ struct Reading {
     /// Numbers of lines by scene, workload, pair and line.
     lines: BTreeMap<(String, String, String, u32), u32>,
     scenes: BTreeMap<String, Scene>,
-    /// What is wrong with the first row that does not fit the others.
+    /// The error of the first row that contradicts rows before it.
     wrong: Option<AnalysisError>,
 }
 

@@ -167,7 +167,7 @@ pub(super) fn paired_by_default<'a>(contents: &'a Contents, variant: &str, basel
     paired(contents, &CaseRef::default_of(variant), &CaseRef::default_of(baseline))
 }
 
-/// Whether a variant with a policy is the case that is meant.
+/// Whether `case` names this variant and policy; without a policy it names the default one.
 pub(super) fn is_case(contents: &Contents, case: &CaseRef, variant: &str, policy: &str) -> bool {
     case.variant == variant
         && case.policy.as_deref().map_or_else(|| is_default(contents, variant, policy), |wanted| wanted == policy)
