@@ -1,6 +1,6 @@
 //! Records what the program was built from, for the manifest: compiler, flags, source, git revision.
 
-#[path = "src/measure/sources.rs"]
+#[path = "crates/harness/src/measure/sources.rs"]
 mod sources;
 
 use std::path::Path;

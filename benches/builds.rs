@@ -2,14 +2,14 @@
 //!
 //! `cargo bench --bench builds`; `-- --quick` for a first look.
 
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::tree::{Policy, SplitRule};
 use criterion::{Criterion, criterion_group, criterion_main};
 use obbtree::cases::meshes;
 
 fn builds(criterion: &mut Criterion) {
     let mesh = meshes::torus(60.0, 20.0, 100, 25);
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let mut group = criterion.benchmark_group("build");
     group.sample_size(10);
     for variant in registry.variants() {

@@ -5,7 +5,7 @@
 
 use bvbench::geometry::{Isometry, Mesh, Vector};
 use bvbench::method::Kind;
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Variant};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use obbtree::cases::meshes;
 
@@ -34,7 +34,7 @@ fn poses(ring: &Mesh, tool: &Mesh, judge: &Variant, clearance: f64) -> Vec<Isome
 
 fn queries(criterion: &mut Criterion) {
     let (ring, tool) = (meshes::torus(60.0, 20.0, 100, 50), meshes::stepped_tool(64, 70));
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let Some(judge) = registry.variants().iter().find(|variant| variant.is_reference) else { return };
     let mut group = criterion.benchmark_group("query");
     group.sample_size(10);

@@ -11,7 +11,7 @@
 
 use bvbench::geometry::separating_axes::pad_mm;
 use bvbench::geometry::{Isometry, Point, Triangle, Vector, rigid, triangle};
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Variant};
 use bvbench::tree::SplitRule;
 use bvbench::volume::{BoundingVolume, Info, Segment, Shape, Solid, coordinate_axes_by_extent};
 use nalgebra::{Matrix3, Unit};
@@ -148,7 +148,7 @@ impl Solid for Ellipsoid {
 }
 
 fn main() -> ExitCode {
-    bvbench::cli::main_with(Registry::standard().with(Variant::of::<Ellipsoid>(SplitRule::VertexMean)))
+    bvbench::cli::main_with(registry::standard().with(Variant::of::<Ellipsoid>(SplitRule::VertexMean)))
 }
 
 #[cfg(test)]

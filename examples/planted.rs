@@ -11,7 +11,7 @@
 
 use bvbench::geometry::{Isometry, Mesh};
 use bvbench::method::{Kind, Model};
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Variant};
 use bvbench::tree::distance::Proximity;
 use bvbench::tree::tightness::TreeReport;
 use bvbench::tree::traverse::Counts;
@@ -108,7 +108,7 @@ impl<const PERCENT: u64> Model for Asked<PERCENT> {
 }
 
 fn main() -> ExitCode {
-    let registry = Registry::standard()
+    let registry = registry::standard()
         .with(Asked::<0>::variant("obb-area-asked", "area-weighted OBB, asked once"))
         .with(Asked::<3>::variant("obb-area-slow", "area-weighted OBB, 3 % slower"));
     bvbench::cli::main_with(registry)

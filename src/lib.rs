@@ -1,21 +1,8 @@
-//! bvbench: a benchmark of bounding volumes. The modules are listed in reading order; a module imports only from modules above it. The first
-//! twelve know no volume and are crates of their own, so that a change of a volume does not build them again.
+//! bvbench: a benchmark of bounding volumes. This package holds the variants, one file each, their list and the program; everything else is
+//! in crates that know no variant and are shown here under their modules' names.
 
-pub use bvbench_record::{analysis, plot, record, report};
-pub use bvbench_scene::{geometry, interference, machine, picture, scene, stock, truth, workload};
+pub use bvbench_harness::*;
+
 pub mod volume;
-pub mod tree;
-pub mod space;
-pub mod method;
 pub mod registry;
-pub mod conformance;
-pub mod measure;
-pub mod certify;
-pub mod check;
-pub mod view;
 pub mod cli;
-
-/// Made-up records for tests, shared with `bvbench-record`.
-#[cfg(test)]
-#[path = "../crates/record/src/record/synthetic.rs"]
-mod synthetic;

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    bvbench::cli::main_with(bvbench::registry::Registry::standard())
+    bvbench::cli::main_with(bvbench::registry::standard())
 }

@@ -6,7 +6,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use bvbench::registry::Registry;
+use bvbench::registry;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,8 +26,8 @@ fn root() -> PathBuf {
 }
 
 /// The sources of the harness, its crates in the order in which they know one another.
-fn roots() -> [PathBuf; 3] {
-    ["../crates/record/src", "../crates/scene/src", ""].map(|folder| root().join(folder))
+fn roots() -> [PathBuf; 4] {
+    ["../crates/record/src", "../crates/scene/src", "../crates/harness/src", ""].map(|folder| root().join(folder))
 }
 
 fn sources() -> Vec<Source> {
@@ -223,7 +223,7 @@ fn records_know_nothing_of_the_project_and_the_analysis_knows_records_alone() {
 /// Whoever needs the variants is given them, so that those of another crate count everywhere.
 #[test]
 fn only_the_entry_makes_the_standard_registry() {
-    let found = files_with(&["Registry::standard()"], &["main"]);
+    let found = files_with(&["registry::standard()"], &["main"]);
     assert!(found.is_empty(), "{found}");
 }
 
@@ -383,7 +383,7 @@ fn all_randomness_is_seeded() {
 fn a_variants_id_stands_only_in_its_own_file() {
     let sources = sources();
     let is_part = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    for variant in Registry::standard().variants() {
+    for variant in registry::standard().variants() {
         let id = variant.info.id;
         let files: Vec<_> = sources
             .iter()

@@ -11,7 +11,7 @@ use bvbench::measure::Silent;
 use bvbench::measure::peers::motions;
 use bvbench::measure::peers::posed::{PosedMeshes, Question};
 use bvbench::method::motion::Motion;
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::scene::{Overrides, Pair, Scene};
 use bvbench::truth::PairOracle;
 use certificate_checker::{MOST_WORK, Refusal, Report};
@@ -46,7 +46,7 @@ fn certified(scene: &Scene) -> Certificate {
 
 /// The same with the trees of a variant.
 fn certified_by(id: &str, scene: &Scene) -> Certificate {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     certify(scene, scene.program.as_ref().unwrap(), registry.find(id), &Silent).unwrap()
 }
 

@@ -8,7 +8,7 @@ mod mill;
 
 use bvbench::check::{Cutting, Event, Kind, Outcome, Path as ToolPath, Settings, check};
 use bvbench::measure::Silent;
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Variant};
 use bvbench::scene::{Clearances, Pair, ProgramRun, Scene};
 use bvbench::stock::Material;
 use bvbench::truth::PairOracle;
@@ -88,7 +88,7 @@ fn contact_along_the_path_is_that_of_the_exact_truth() {
 /// about the tool; and nothing on the program without the two.
 #[test]
 fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_program() {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let scene = Scene::find("freeform-5axis").unwrap();
     let flawed = scene.program.as_ref().unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
@@ -110,7 +110,7 @@ fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_progra
 
 #[test]
 fn every_safe_variant_tells_the_same() {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let scene = Scene::find(Scene::SHIPPED[0]).unwrap();
     let run = scene.program.as_ref().unwrap();
     let settings = Settings { clearances: Some(Clearances::everywhere(&[2.0])), ..Settings::standard() };
@@ -399,7 +399,7 @@ fn a_thin_wall_between_two_samples_is_not_jumped_over() {
     // The clamp's top is at 20; the cutter's lower end is at 10.
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let outcome =
-        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
+        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [2]);
     let event = &outcome.events[0];
     // Contact from X 70 - 10 - 5 = 55 to 85; at 6000 mm/min, after 0.4 s for the 40 mm of line 1.
@@ -820,7 +820,7 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
     coarse.sampling.step_mm = 500.0;
     let settings = Settings { clearances: Some(Clearances::everywhere(&[30.0, 2.0])), ..Settings::standard() };
     let outcome =
-        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
+        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
     let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
     assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
@@ -834,7 +834,7 @@ fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
     coarse.sampling.step_mm = 500.0;
     let settings = Settings { clearances: Some(Clearances::everywhere(&[14.0])), ..Settings::standard() };
     let outcome =
-        check(&scene, &coarse, standard(&Registry::standard()), &Registry::standard(), &settings, &Silent).unwrap();
+        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
     let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     assert_eq!(near.map(|event| (event.first.line, event.last.line)).collect::<Vec<_>>(), [(2, 3), (4, 5)]);
 }
@@ -851,7 +851,7 @@ fn what_an_arc_may_take_away_between_its_chords_is_not_left_for_sure() {
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     (coarse.sampling.step_mm, coarse.sampling.chord_mm) = (500.0, 1.0);
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let mut outcome = check(&scene, &coarse, standard(&registry), &registry, &settings, &Silent).unwrap();
     assert_eq!(outcome.samples, 6);
     // The plunge goes straight on from a rapid, and is none.
@@ -874,7 +874,7 @@ fn a_turn_is_cut_in_pieces_fine_enough_to_go_back_at_rapid_rate() {
     let mut coarse: ProgramRun = scene.program.clone().unwrap();
     (coarse.sampling.step_mm, coarse.sampling.step_deg) = (500.0, 360.0);
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let outcome = check(&scene, &coarse, standard(&registry), &registry, &settings, &Silent).unwrap();
     // Back along the slot is free; on beyond its end is not.
     let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };

@@ -7,7 +7,7 @@
 
 use bvbench::check::{Settings, check};
 use bvbench::measure::Silent;
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::scene::{Clearances, Overrides, Scene};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -701,7 +701,7 @@ fn load(machine: &str, text: &str, program: &str) -> Scene {
 
 /// All that `check` has to say, in the order of the program: line, kind, parts or axis.
 fn told(scene: &Scene) -> Vec<(u32, &'static str, String)> {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let run = scene.program.as_ref().unwrap();
     let outcome = check(scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();

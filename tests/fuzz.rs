@@ -14,7 +14,7 @@
 #[path = "../fuzz/src/lib.rs"]
 mod targets;
 
-use bvbench::registry::Registry;
+use bvbench::registry;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::path::Path;
@@ -26,7 +26,7 @@ const VARIANTS: usize = 2;
 
 /// Runs the cases of a seed on all threads; what was asked, and what went wrong, in order.
 fn run(seed: u64, cases: Range<u64>) -> (Tally, Vec<String>) {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let one = |number: u64| match check(&mut Choices::new(&[], seed, number), &registry, VARIANTS) {
         Ok(tally) => (tally, Vec::new()),
         Err(mismatch) => (Tally::default(), vec![format!("seed {seed}, case {number}: {mismatch}")]),

@@ -1,7 +1,7 @@
 //! Poses whose quaternion is not quite of unit length: every method that promises to miss nothing still misses nothing.
 
 use bvbench::geometry::{Isometry, Mesh, Vector};
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::truth::PairOracle;
 use nalgebra::{Quaternion, UnitQuaternion};
 use obbtree::cases::meshes;
@@ -71,7 +71,7 @@ fn a_quaternion_a_little_too_long_or_short_hides_no_contact() {
         .collect();
     assert!(poses.len() > 100, "{} poses touch", poses.len());
     let mut missed = Vec::new();
-    for variant in Registry::standard().variants().iter().filter(|variant| variant.info.safe) {
+    for variant in registry::standard().variants().iter().filter(|variant| variant.info.safe) {
         let (model_a, model_b) = (variant.prepare(&a, None), variant.prepare(&b, None));
         let mut verdicts = Vec::new();
         model_a.first(&*model_b, &poses, &mut verdicts);

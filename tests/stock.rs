@@ -11,7 +11,7 @@ use bvbench::check::{Cutting, Kind, Outcome, Settings, check};
 use bvbench::geometry::Mesh;
 use bvbench::geometry::shapes::{Shape, Tessellation};
 use bvbench::measure::Silent;
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::scene::{Clearances, Overrides, Scene};
 use bvbench::stock::{Body, Material, Step, Stock};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -250,7 +250,7 @@ impl Trial {
             cutting: Cutting::At(RESOLUTION_MM),
             ..Settings::standard()
         };
-        let registry = Registry::standard();
+        let registry = registry::standard();
         check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
             .unwrap()
     }
@@ -449,7 +449,7 @@ fn what_stays_away_from_the_uncut_block_may_not_touch_it() {
         let [x, z, c] = [(-90.0, 90.0), (3.0, 30.0), (-180.0, 180.0)].map(|(low, high)| random.random_range(low..high));
         let _ = writeln!(rapids, "G0 X{x:.3} Z{z:.3} C{c:.2}");
     }
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     for program in ["G0 X50 Z5\nG0 C-30\n", "G0 X75 Z15\nG0 C-360\n", rapids.as_str()] {
         let program = format!("G21 G90\n{program}M2\n");
@@ -504,7 +504,7 @@ fn lathe(ways: &[(bool, [f64; 2])]) -> Scene {
 /// Random turning: the square of (ρ, z) holds what dense sampling leaves, and is held by it; rapids into what is left are told, and no others.
 #[test]
 fn the_bounds_of_what_turns_hold_what_dense_sampling_leaves() {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let (mut solid, mut gone, mut unknown, mut crashes, mut clear) = (0, 0, 0, 0, 0);
     for seed in 0..4 * programs() {

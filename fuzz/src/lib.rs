@@ -10,7 +10,7 @@ mod record;
 mod scene;
 mod stock;
 
-use bvbench::registry::Registry;
+use bvbench::registry;
 use rs274::Dialect;
 
 /// A target's name, which is its folder's in `corpus/`, and what it does.
@@ -37,7 +37,7 @@ pub const TARGETS: &[Target] = &[
 
 /// Makes a case of the bytes and asks the wide trees and one variant of the registry.
 fn ask_engines(bytes: &[u8]) {
-    let asked = engines::check(&mut engines::Choices::new(bytes, 0, 0), &Registry::standard(), 1);
+    let asked = engines::check(&mut engines::Choices::new(bytes, 0, 0), &registry::standard(), 1);
     if let Err(mismatch) = asked {
         panic!("{mismatch}");
     }

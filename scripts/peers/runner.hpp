@@ -146,7 +146,7 @@ constexpr double contact_mm = 1e-4;
 // Most steps of one motion. A motion that needs more counts as in contact at the last.
 constexpr int most_steps = 1000000;
 
-// Conservative advancement by an engine's distances, the loop of src/method/motion.rs.
+// Conservative advancement by an engine's distances, the loop of crates/harness/src/method/motion.rs.
 template <class Engine> double advance(Engine& engine, const Motion& motion, double reach_mm) {
   const double speed_mm = motion.speed_mm(reach_mm);
   double time = 0;

@@ -1,15 +1,11 @@
-//! The traits of a bounding volume: one for its fit, one for its tests, and one for drawings and sizes.
-//!
-//! A variant ([`BoundingVolume`]) puts a shape around triangles; a shape ([`Shape`]) is what a tree tests. Variants that differ only in the
-//! fit share a shape, and therefore every instruction of a query. To add a variant of a known shape, write one file beside these, name it
-//! in a `mod` line below and in one line of [`crate::registry`]. A variant with a shape of its own implements all three traits in its file.
-//! Another crate can add a variant without touching this one, by [`crate::registry::Registry::with`] (`examples/my_volume.rs`).
+//! The variants of bounding volumes, one file each.
+
+pub use bvbench_harness::volume::*;
 
 pub mod aabb;
 pub mod aabb_f32;
 pub mod aabb_refit;
 pub mod aabb_sat6;
-pub mod consistency;
 pub mod dop_6;
 pub mod dop_8;
 pub mod dop_8_f32;
@@ -17,7 +13,6 @@ pub mod dop_8_vertex;
 pub mod dop_14;
 pub mod dop_18;
 pub mod dop_26;
-pub mod fit;
 pub mod obb_area;
 pub mod obb_area_centroid;
 pub mod obb_area_f32;
@@ -32,207 +27,7 @@ pub mod obb_vertex_f32;
 pub mod obb_vertex_symmetric;
 pub mod obbrss;
 pub mod rss;
-pub mod shape;
 pub mod sphere_mean;
 pub mod sphere_ritter;
 pub mod sphere_ritter_f32;
 pub mod sphere_welzl;
-
-use crate::geometry::{Isometry, Point, Triangle, Vector};
-use nalgebra::{Matrix3, Unit};
-use shape::obb::Obb;
-use std::fmt::Debug;
-
-/// Name, source and safety of a variant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Info {
-    /// Id in every file and on the command line, lower case with hyphens, such as `sphere-ritter`.
-    pub id: &'static str,
-    /// Name in tables and plots.
-    pub label: &'static str,
-    /// Source: authors, year, section.
-    pub reference: &'static str,
-    /// Whether `overlaps` is true whenever the contents touch. Variants that cannot guarantee it are measured too, but never ranked by
-    /// speed: a method can look fast because it misses collisions.
-    pub safe: bool,
-}
-
-/// A line segment for drawing, mm, in the frame of the mesh.
-pub type Segment = [Point; 2];
-
-/// A variant: the fit of a shape around triangles.
-pub trait BoundingVolume: 'static {
-    /// Name of the variant, and whether it is safe.
-    const INFO: Info;
-
-    /// The shape that the fit produces.
-    type Shape: Shape;
-
-    /// The shape around `triangles` (mm, mesh frame). `triangles` is never empty, but may hold degenerate triangles, a single triangle, or
-    /// the same triangle many times. A safe volume contains every corner, with a margin for rounding errors.
-    fn fit(triangles: &[Triangle]) -> Self::Shape;
-}
-
-/// A volume around some triangles of one mesh, in the mesh's own frame (mm); each node of a tree holds one.
-///
-/// The tree over a mesh never moves. A query computes the constants of the relative pose of the two meshes once ([`Shape::pose`]) and
-/// passes them to every overlap test of that query. A shape owns no memory besides its own size (no `Vec`, no `Box`), which
-/// [`crate::tree::Tree::bytes`] asserts when it is compiled.
-pub trait Shape: Solid + Clone + Debug + 'static {
-    /// The constants of one relative pose: computed once per query, never per node.
-    type Pose;
-
-    /// The constants for overlap tests between volumes of mesh `a` (left) and mesh `b` (right). The rotation comes from
-    /// [`crate::geometry::rigid`], like the rotation of the leaves. A quaternion of length 1 ± 1e-7, if used unchanged, would stretch the
-    /// volumes of `b` by 2e-7 of their distance from the origin, and a safe volume would miss contacts.
-    fn pose(a_from_b: &Isometry) -> Self::Pose;
-
-    /// Whether this volume of mesh `a` and `other` of mesh `b` may touch at the pose. For a safe volume it is true whenever their contents
-    /// touch, with the vertices of `b` moved and snapped by [`crate::geometry::grid::Placement`]. It may be true for disjoint volumes.
-    fn overlaps(&self, other: &Self, pose: &Self::Pose) -> bool;
-
-    /// A lower bound of the distance between this volume of mesh `a` and `other` of mesh `b` at the pose, mm; at least 0. For a safe
-    /// volume, it is also a lower bound of the distance between their contents.
-    fn gap_mm(&self, other: &Self, pose: &Self::Pose) -> f64;
-
-    /// Size of the volume, by which the traversal chooses which of two nodes to open. It may be any measure that grows with the extent, and
-    /// must be cheap, because it is computed for every node of a tree. Sizes are compared only between volumes of one shape.
-    fn size(&self) -> f64;
-
-    /// Three orthogonal directions along which a node may be split, longest extent first. Shapes without axes of their own compute them
-    /// from `triangles`, to which the volume was fitted.
-    fn split_axes(&self, triangles: &[Triangle]) -> [Unit<Vector>; 3];
-}
-
-/// A body in space: the operations that drawings, tightness and containment checks need of a shape. No query calls them.
-pub trait Solid: Send + Sync {
-    /// Whether `point` (mm, mesh frame) lies inside or within `slack_mm` of the volume.
-    fn contains(&self, point: &Point, slack_mm: f64) -> bool;
-
-    /// The middle of the volume (mm, mesh frame).
-    fn centre(&self) -> Point;
-
-    /// Volume, mm³.
-    fn volume(&self) -> f64;
-
-    /// Surface area, mm².
-    fn surface_area(&self) -> f64;
-
-    /// Line segments that show the volume (mm, mesh frame). Drawings use them, and `hausdorff_mm` and `sibling_overlap_mm3` of
-    /// `tightness.csv` and `trees.csv` are measured on the hull of their ends. They must therefore extend as far as the volume.
-    fn outline(&self) -> Vec<Segment>;
-
-    /// Orthogonal directions (columns) along which `outline` reaches as far as the volume, and in which the volume fills most of the box
-    /// around it. The overlap of siblings is sampled in such a box.
-    fn axes(&self) -> Matrix3<f64> {
-        self.as_box().map_or_else(Matrix3::identity, |own| own.axes)
-    }
-
-    /// The volume as an oriented box, for shapes that are boxes; `None` for others. It is used to count where separating-axis tests end
-    /// ([`shape::obb::exit`]).
-    fn as_box(&self) -> Option<Obb> {
-        None
-    }
-}
-
-/// The coordinate axes ordered by decreasing `extents`; equal extents keep the order x, y, z.
-pub fn coordinate_axes_by_extent(extents: &Vector) -> [Unit<Vector>; 3] {
-    axes_by_extent(&Matrix3::identity(), extents)
-}
-
-/// Axes (columns) ordered by decreasing `extents` along them; equal extents keep their order.
-pub fn axes_by_extent(axes: &Matrix3<f64>, extents: &Vector) -> [Unit<Vector>; 3] {
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| extents[j].total_cmp(&extents[i]));
-    order.map(|column| Unit::new_unchecked(axes.column(column).into_owned()))
-}
-
-/// The surface area of a box with the given half-lengths (mm), mm².
-pub fn box_area(half: &Vector) -> f64 {
-    8.0 * (half.x * half.y + half.y * half.z + half.z * half.x)
-}
-
-/// The twelve edges of a box with the given centre (mm), axes (columns) and half-lengths (mm).
-pub fn box_outline(centre: &Point, axes: &Matrix3<f64>, half: &Vector) -> Vec<Segment> {
-    let corner = |signs: [f64; 3]| centre + axes * Vector::from(signs).component_mul(half);
-    let mut edges = Vec::with_capacity(12);
-    for along in 0..3 {
-        for (s, t) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let mut ends = [[0.0; 3]; 2];
-            for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
-                end[along] = sign;
-                end[(along + 1) % 3] = s;
-                end[(along + 2) % 3] = t;
-            }
-            edges.push(ends.map(corner));
-        }
-    }
-    edges
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::grid::SNAP_RADIUS_MM;
-    use obbtree::cases::meshes;
-
-    /// Checks that a safe volume contains its moved corners after snapping, which displaces them by up to the snap radius in any direction.
-    fn holds_snapped_corners<V: BoundingVolume>() {
-        let turn = Isometry::new(Vector::new(7.0, -3.0, 2.0), Vector::new(0.4, -0.7, 0.3));
-        for mesh in [meshes::cuboid(2.0, 3.0, 5.0), meshes::stepped_tool(8, 4)] {
-            let triangles: Vec<Triangle> = mesh.triangles().iter().map(|t| t.map(|p| turn * p)).collect();
-            for part in [&triangles[..], &triangles[..1]] {
-                let volume = V::fit(part);
-                for corner in part.iter().flat_map(|t| t.corners) {
-                    for direction in [Vector::x(), Vector::y(), Vector::z(), corner - volume.centre()] {
-                        for way in [-SNAP_RADIUS_MM, SNAP_RADIUS_MM] {
-                            let snapped = corner + direction.normalize() * way;
-                            assert!(
-                                volume.contains(&snapped, 0.0),
-                                "{}: {corner} by {way} along {direction}",
-                                V::INFO.id
-                            );
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn safe_volumes_hold_what_snapping_moves_out_of_their_contents() {
-        holds_snapped_corners::<sphere_ritter::SphereRitter>();
-        holds_snapped_corners::<sphere_welzl::SphereWelzl>();
-        holds_snapped_corners::<sphere_mean::SphereMean>();
-        holds_snapped_corners::<aabb::Aabb>();
-        holds_snapped_corners::<dop_6::Dop6>();
-        holds_snapped_corners::<dop_8::Dop8>();
-        holds_snapped_corners::<dop_14::Dop14>();
-        holds_snapped_corners::<dop_26::Dop26>();
-        holds_snapped_corners::<rss::Rss>();
-        holds_snapped_corners::<obbrss::ObbRss>();
-        holds_snapped_corners::<obb_vertex::ObbVertex>();
-        holds_snapped_corners::<obb_area::ObbArea>();
-        holds_snapped_corners::<obb_dito14::ObbDito14>();
-        holds_snapped_corners::<obb_min::ObbMin>();
-        holds_snapped_corners::<obb_hull_area::ObbHullArea>();
-    }
-
-    #[test]
-    fn boxes_have_areas_and_edges() {
-        // Sides of 2, 4 and 6 mm: 2 (8 + 24 + 12) = 88 mm²; four edges of each length, 48 mm in all.
-        let half = Vector::new(1.0, 2.0, 3.0);
-        assert_eq!(box_area(&half), 88.0);
-        let edges = box_outline(&Point::new(1.0, 1.0, 1.0), &Matrix3::identity(), &half);
-        let mut lengths: Vec<f64> = edges.iter().map(|[p, q]| (q - p).norm()).collect();
-        lengths.sort_by(f64::total_cmp);
-        assert_eq!(lengths, [2.0, 2.0, 2.0, 2.0, 4.0, 4.0, 4.0, 4.0, 6.0, 6.0, 6.0, 6.0]);
-        let is_corner = |p: &Point| (p - Point::new(1.0, 1.0, 1.0)).abs() == half;
-        assert!(edges.iter().flatten().all(is_corner));
-        let is_once =
-            |[p, q]: &Segment| edges.iter().filter(|[r, s]| [r, s] == [p, q] || [s, r] == [p, q]).count() == 1;
-        assert!(edges.iter().all(is_once));
-        let axes = coordinate_axes_by_extent(&Vector::new(2.0, 3.0, 2.0));
-        assert_eq!(axes, [Vector::y_axis(), Vector::x_axis(), Vector::z_axis()]);
-    }
-}

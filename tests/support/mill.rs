@@ -5,7 +5,7 @@
 
 use bvbench::check::{Outcome, Settings, check};
 use bvbench::measure::Silent;
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Registry, Variant};
 use bvbench::scene::{Clearances, Scene};
 
 pub fn standard(registry: &Registry) -> &Variant {
@@ -16,8 +16,8 @@ pub fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
     check(
         scene,
         scene.program.as_ref().unwrap(),
-        standard(&Registry::standard()),
-        &Registry::standard(),
+        standard(&registry::standard()),
+        &registry::standard(),
         settings,
         &Silent,
     )

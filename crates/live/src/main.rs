@@ -3,7 +3,7 @@
 use anyhow::{Context as _, Result, anyhow, bail};
 use bvbench::cli::refuse_output;
 use bvbench::record::file::write_bytes;
-use bvbench::registry::{Registry, Variant};
+use bvbench::registry::{self, Registry, Variant};
 use bvbench::scene::{Overrides, ProgramRun, Scene};
 use bvbench_live::config::{Config, Mode};
 use bvbench_live::figure::Figure;
@@ -250,7 +250,7 @@ fn end(stop: CancellationToken, seconds: Option<f64>) {
 
 fn watch_verb(options: WatchOptions) -> Result<()> {
     let (config, scene) = load(&options.config)?;
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let chosen = variant(&registry, config.variant.as_deref())?;
     let judge = Judge::new(&scene, chosen, config.rule(&scene)?)?;
     say(&format!("scene {}, variant {}: {} pairs watched", scene.name, chosen.info.id, judge.pairs().count()));
@@ -335,7 +335,7 @@ fn control_verb(options: &ControlOptions) -> Result<()> {
 fn latency_verb(options: &LatencyOptions) -> Result<()> {
     let (config, scene) = load(&options.config)?;
     let run = program(&scene, options.program.as_deref())?;
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let fastest = variant(&registry, None)?;
     let variants = if options.variants.is_empty() {
         let paper: Result<Vec<&Variant>> = PAPER.iter().map(|id| variant(&registry, Some(id))).collect();
@@ -388,7 +388,7 @@ fn soak_verb(options: SoakOptions) -> Result<()> {
         bail!("{}: a soak has no certificates: leave [security] out", options.config.display());
     }
     let run = program(&scene, options.program.as_deref())?;
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let chosen = variant(&registry, options.variant.as_deref())?;
     let judge = Judge::new(&scene, chosen, config.rule(&scene)?)?;
     let exact = Exact::new(&scene, judge.pairs());

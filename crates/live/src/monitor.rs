@@ -449,7 +449,7 @@ fn status(reading: &Reading) -> Fault {
 mod tests {
     use super::*;
     use crate::testing;
-    use bvbench::registry::Registry;
+    use bvbench::registry;
     use std::path::Path;
 
     const CYCLE: i64 = 40_000;
@@ -472,7 +472,7 @@ mod tests {
         fn new(scene: &'a Scene, more: &str) -> Self {
             let config = config(more);
             let rule = config.rule(scene).unwrap();
-            let judge = Judge::new(scene, Registry::standard().fastest().unwrap(), rule).unwrap();
+            let judge = Judge::new(scene, registry::standard().fastest().unwrap(), rule).unwrap();
             Self { monitor: Monitor::new(scene, judge, &config), ticks: 10 * CYCLE, received_s: 0.0 }
         }
 

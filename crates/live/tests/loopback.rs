@@ -4,7 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::scene::{Overrides, ProgramRun, Scene};
 use bvbench_live::config::Config;
 use bvbench_live::control::{self, Options, Status};
@@ -142,7 +142,7 @@ impl Watch {
         let stop = CancellationToken::new();
         let (scene, token) = (Arc::clone(scene), stop.clone());
         let thread = thread::spawn(move || {
-            let registry = Registry::standard();
+            let registry = registry::standard();
             let rule = config.rule(&scene).unwrap();
             let judge = Judge::new(&scene, registry.fastest().unwrap(), rule).unwrap();
             let monitor = Monitor::new(&scene, judge, &config);

@@ -1,7 +1,7 @@
 use super::*;
 use crate::play::{Plan, Player};
 use crate::testing;
-use bvbench::registry::Registry;
+use bvbench::registry;
 use bvbench::truth::PairOracle;
 
 const CYCLE_S: f64 = 0.004;
@@ -28,7 +28,7 @@ fn state(x: f64, velocity: f64) -> State {
 }
 
 fn judge(scene: &Scene) -> Judge<'_> {
-    Judge::new(scene, Registry::standard().fastest().unwrap(), rule(1000.0)).unwrap()
+    Judge::new(scene, registry::standard().fastest().unwrap(), rule(1000.0)).unwrap()
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn parts_that_come_near_just_beyond_the_limits_are_watched() {
         testing::scene(&text.replacen("max_mm = 0", &format!("max_mm = {most}"), 1))
     };
     // Each of three axes may be shown 0.003 mm beyond its limits.
-    let judge = |scene: &Scene| Judge::new(scene, Registry::standard().fastest().unwrap(), rule(1000.0)).map(drop);
+    let judge = |scene: &Scene| Judge::new(scene, registry::standard().fastest().unwrap(), rule(1000.0)).map(drop);
     assert!(judge(&scene(0.008)).is_ok());
     assert!(matches!(judge(&scene(0.010)), Err(JudgeError::NoPairs(_))));
 }
@@ -162,7 +162,7 @@ fn an_error_of_the_velocity_widens_the_way() {
 #[test]
 fn variants_that_miss_are_refused() {
     let scene = testing::mill();
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let missing = registry.variants().iter().find(|variant| !variant.info.safe).unwrap();
     assert!(matches!(Judge::new(&scene, missing, rule(1.0)), Err(JudgeError::Unsafe(_))));
 }
@@ -198,7 +198,7 @@ fn play(scene: &Scene, program: &str, variant: &Variant) -> Option<Position> {
 #[test]
 fn every_hold_comes_before_contact_and_a_clear_program_has_none() {
     let scene = testing::mill();
-    let registry = Registry::standard();
+    let registry = registry::standard();
     let pair = scene.pairs.first().copied().unwrap_or(Pair { a: 0, b: 1 });
     let oracle = PairOracle::new(Arc::clone(&scene.parts[pair.a].mesh), Arc::clone(&scene.parts[pair.b].mesh));
     let clearance =

@@ -312,12 +312,12 @@ impl Work for Timed<'_> {
 mod tests {
     use super::*;
     use crate::record::{BuildRow, CountRow, FactorRow, Manifest, TimingRow, read_rows};
-    use crate::registry::Registry;
+    use crate::registry;
 
     #[test]
     fn safe_forms_miss_nothing_and_the_hierarchy_saves_tests() {
         let budget = AblationBudget { rows: 2, step_mm: 1.5, rounds: 1, sweeps: false };
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let asked = Asked { profile: Profile::Smoke, against: registry.reference().unwrap(), seed: 1, shard: None };
         let folder = tempfile::tempdir().unwrap();
         let design = Design::new(&asked, budget).unwrap();

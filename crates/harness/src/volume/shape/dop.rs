@@ -34,9 +34,10 @@ pub struct Cone {
 /// Slabs along K directions, mm, mesh frame.
 #[derive(Clone, Debug)]
 pub struct Dop<D, const K: usize> {
-    /// Largest coordinate along `+u`, then along `-u` (the negated smallest).
-    pub(in crate::volume) high: [f64; K],
-    pub(in crate::volume) negated_low: [f64; K],
+    /// Largest coordinate along `+u`.
+    pub high: [f64; K],
+    /// Largest coordinate along `-u` (the negated smallest along `+u`).
+    pub negated_low: [f64; K],
     pub(super) directions: PhantomData<D>,
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::geometry::separating_axes::{separated, widened_abs};
 use crate::geometry::{Point, Triangle, Vector};
-use crate::registry::Registry;
+use crate::registry;
 use crate::volume::fit;
 use crate::volume::fit::centre::{CentreRule, MidExtent};
 use crate::volume::fit::frame::AreaCovariance;
@@ -22,7 +22,7 @@ const fn info(id: &'static str) -> Info {
 #[test]
 fn every_registered_variant_conforms() {
     let faults: Vec<Fault> =
-        Registry::standard().variants().par_iter().filter_map(|variant| check(variant).err()).collect();
+        registry::standard().variants().par_iter().filter_map(|variant| check(variant).err()).collect();
     assert!(faults.is_empty(), "{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("\n"));
 }
 
@@ -44,13 +44,13 @@ fn the_literal_boxes_leave_corners_outside_and_miss_contacts() {
 
 #[test]
 fn samples_alone_miss_contacts() {
-    let sampled = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Sampling && !v.info.safe).unwrap();
+    let sampled = *registry::standard().variants().iter().find(|v| v.kind == Kind::Sampling && !v.info.safe).unwrap();
     assert!(matches!(no_miss(&sampled), Err(Fault { what: Wrong::Verdict { verdict: false, control: true, .. }, .. })));
 }
 
 #[test]
 fn the_peer_agrees_away_from_contact() {
-    let parry = *Registry::standard().variants().iter().find(|v| v.kind == Kind::Peer).unwrap();
+    let parry = *registry::standard().variants().iter().find(|v| v.kind == Kind::Peer).unwrap();
     let models = prepared(&parry);
     let clear = CASES
         .cases

@@ -8,6 +8,39 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::sync::OnceLock;
 
+/// What a program was built from, as its build script noted it; all empty when nobody told.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Build {
+    /// Folder of the package.
+    pub root: &'static str,
+    /// Fingerprint of the source.
+    pub fingerprint: &'static str,
+    /// Git revision.
+    pub revision: &'static str,
+    /// Whether there were local changes, `true` or `false`.
+    pub dirty: &'static str,
+    /// Compiler.
+    pub rustc: &'static str,
+    /// Target triple.
+    pub target: &'static str,
+    /// Level of optimisation.
+    pub opt_level: &'static str,
+    /// Flags of the compiler.
+    pub rustflags: &'static str,
+}
+
+static BUILD: OnceLock<Build> = OnceLock::new();
+
+/// Says what this program was built from, before anything asks. The program says it, not this crate: a changed variant would build the
+/// whole harness again for the sake of a fingerprint.
+pub fn tell(build: Build) {
+    BUILD.get_or_init(|| build);
+}
+
+fn build() -> Build {
+    BUILD.get().copied().unwrap_or_default()
+}
+
 /// What this program is and how it was called, as it was at the first call: a commit or a new build changes no program that runs.
 pub fn program() -> Program {
     static PROGRAM: OnceLock<Program> = OnceLock::new();
@@ -43,7 +76,7 @@ pub struct Identity {
 /// What this binary was built from.
 pub fn identity() -> Identity {
     let Program { version, source, rustc, flags, .. } = built();
-    Identity { version, source, revision: env!("BVBENCH_GIT_REVISION").to_owned(), rustc, flags }
+    Identity { version, source, revision: build().revision.to_owned(), rustc, flags }
 }
 
 impl Identity {
@@ -63,16 +96,12 @@ impl Identity {
 
 /// What the build script noted, without what a run adds.
 fn built() -> Program {
+    let Build { fingerprint, rustc, target, opt_level, rustflags, .. } = build();
     Program {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        source: env!("BVBENCH_FINGERPRINT").to_owned(),
-        rustc: env!("BVBENCH_RUSTC").to_owned(),
-        flags: format!(
-            "target {}, opt-level {}, RUSTFLAGS `{}`",
-            env!("BVBENCH_TARGET"),
-            env!("BVBENCH_OPT_LEVEL"),
-            env!("BVBENCH_RUSTFLAGS")
-        ),
+        source: fingerprint.to_owned(),
+        rustc: rustc.to_owned(),
+        flags: format!("target {target}, opt-level {opt_level}, RUSTFLAGS `{rustflags}`"),
         ..Program::default()
     }
 }
@@ -100,10 +129,11 @@ fn kib(text: &str) -> Option<u64> {
 /// The git revision of the source, and whether there were local changes: as it is now where the checkout still holds what the program was
 /// built from, else as it was when it was built.
 fn revision() -> (String, Option<bool>) {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let is_same = |now: &u64| now.to_string() == env!("BVBENCH_FINGERPRINT");
+    let built = build();
+    let root = std::path::Path::new(built.root);
+    let is_same = |now: &u64| now.to_string() == built.fingerprint;
     let now = sources::fingerprint(root).filter(is_same).and_then(|_| sources::checkout(root));
-    let then = || (env!("BVBENCH_GIT_REVISION").to_owned(), env!("BVBENCH_GIT_DIRTY").parse().ok());
+    let then = || (built.revision.to_owned(), built.dirty.parse().ok());
     now.map_or_else(then, |(revision, dirty)| (revision, Some(dirty)))
 }
 

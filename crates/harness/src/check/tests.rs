@@ -7,7 +7,7 @@ use super::turning::{Turning, WorkAxis};
 use super::{Bodies, Cutting, Event, Gouge, Kind, Outcome, Path, Settings, check, is_tool_and_workpiece};
 use crate::geometry::Point;
 use crate::measure::Silent;
-use crate::registry::Registry;
+use crate::registry;
 use crate::scene::{Clearances, Overrides, Pair, Role, Scene};
 use crate::stock::{Body, Material, Step, Stock};
 use rs274::{Axis, MoveKind, Position, Sample};
@@ -58,7 +58,7 @@ fn scene(text: &str, program: &str) -> Scene {
 }
 
 fn checked(scene: &Scene, settings: &Settings) -> Outcome {
-    let registry = Registry::standard();
+    let registry = registry::standard();
     check(scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, settings, &Silent).unwrap()
 }
 
@@ -105,6 +105,34 @@ fn contact_is_found_where_it_begins_and_ends() {
     assert!((outcome.duration_s - 1.35).abs() < 1e-9);
 }
 
+/// [`CUBES`] as a workpiece and a cutter.
+fn with_cutter() -> String {
+    let with_role = |text: &str, name: &str, role: &str| {
+        let name = format!("name = \"{name}\"\n");
+        text.replacen(&name, &format!("{name}role = \"{role}\"\n"), 1)
+    };
+    with_role(&with_role(CUBES, "fixed", "workpiece"), "moved", "cutter")
+}
+
+#[test]
+fn in_a_workpiece_that_stays_whole_a_standing_cutter_is_told_on_each_line_on_which_it_feeds() {
+    // Inside from place 80 on, the spindle off from 85 to 89. Contact that begins in a feed move is meant, and the rapid is a retreat.
+    let program = "M3 S1000\nG1 Z15 F6000\nM5\nG1 X2\nG1 X4\nM3 S500\nG1 X6\nG0 Z60\nM2";
+    let settings = Settings { cutting: Cutting::Never, ..with_zones(&[]) };
+    let told = checked(&scene(&with_cutter(), program), &settings);
+    assert_eq!(told.events.len(), 2, "{:?}", told.events);
+    for (event, line, from) in [(&told.events[0], 4, 85.0), (&told.events[1], 5, 87.0)] {
+        assert_eq!((event.kind, event.first.line), (Kind::StoppedSpindleIntoWorkpiece, line));
+        assert!((event.first.place - from).abs() < 1e-9 && event.first.place > from, "{event:?}");
+        assert_eq!((event.last.place, event.nearest.place, event.least_mm), (from + 2.0, from + 1.0, 0.0));
+    }
+    assert!(told.stays_whole && !told.is_clear());
+    let clear = checked(&scene(&with_cutter(), "M3 S1000\nG1 Z15 F6000\nG0 Z60\nM2"), &settings);
+    assert!(clear.is_clear() && clear.stays_whole, "{:?}", clear.events);
+    let rapid = checked(&scene(&with_cutter(), "M3 S1000\nG0 Z15\nG0 Z60\nM2"), &settings);
+    assert_eq!(rapid.events.iter().map(|event| event.kind).collect::<Vec<_>>(), [Kind::RapidIntoWorkpiece]);
+}
+
 #[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
     let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
@@ -122,7 +150,7 @@ fn the_search_ends_with_the_first_collision_when_asked() {
 fn the_next_place_is_not_nearer_than_the_widest_zone() {
     let scene = scene(CUBES, "G0 Z25\nM2");
     let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-    let (pair, registry) = (Pair { a: 0, b: 1 }, Registry::standard());
+    let (pair, registry) = (Pair { a: 0, b: 1 }, registry::standard());
     let variant = registry.fastest().unwrap();
     let bodies = Bodies::new(&scene, [variant, variant], &[pair]);
     let poses: Vec<_> = (0..=75).map(|at| scene.machine.forward(&path.position(at))).collect();
@@ -492,7 +520,7 @@ fn only_a_rapid_outside_may_come_to_touch_a_finished_part_between_samples() {
     (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
     scene.gouge_mm = Some(0.1);
     let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-    let (pair, registry) = (Pair { a: 0, b: 1 }, Registry::standard());
+    let (pair, registry) = (Pair { a: 0, b: 1 }, registry::standard());
     let variant = registry.fastest().unwrap();
     let bodies = Bodies::new(&scene, [variant, variant], &[pair]);
     let mut scan = Scan::new(&scene, &path, &bodies, pair, &[0.09, 1.0], 0.01);
@@ -557,7 +585,7 @@ fn the_axes_follow_the_tip_round_whole_turns_however_far_apart_the_samples_are()
 #[test]
 fn a_program_that_moves_an_axis_without_a_joint_is_refused() {
     let refused = |text: &str, program: &str, message: &str| {
-        let (scene, registry) = (scene(text, program), Registry::standard());
+        let (scene, registry) = (scene(text, program), registry::standard());
         let (run, variant) = (scene.program.as_ref().unwrap(), registry.fastest().unwrap());
         let error = check(&scene, run, variant, &registry, &Settings::standard(), &Silent).unwrap_err().to_string();
         assert!(error.contains(message), "{error}");

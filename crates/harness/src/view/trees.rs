@@ -164,12 +164,12 @@ fn as_they_are(graphs: &[Graph], lattice: &Lattice) -> Shapes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registry::Registry;
+    use crate::registry;
     use obbtree::cases::meshes;
 
     /// The tree over a stepped tool: whether its nodes are images of the root, and the levels.
     fn tree_of(id: &str) -> (bool, Vec<Level>) {
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let drawn = registry.find(id).unwrap().prepare(&meshes::stepped_tool(10, 6), None).drawn(4);
         let tree = tree(0, &drawn).unwrap();
         (matches!(tree.shapes, Shapes::Images { .. }), tree.levels)
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn methods_without_a_tree_are_refused() {
         let scene = Scene::find("lathe-toolpost").unwrap();
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let refused = of_variant(&scene, registry.find("brute").unwrap(), 3, &crate::measure::Silent);
         assert!(matches!(refused, Err(ViewError::NoTree("brute"))));
     }

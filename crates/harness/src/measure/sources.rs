@@ -7,8 +7,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Whatever the program is compiled from, below the root of the package: of `crates`, the packages that it depends on.
-pub const SOURCES: [&str; 8] =
-    ["Cargo.toml", "Cargo.lock", "build.rs", "crates/obbtree", "crates/record", "crates/rs274", "crates/scene", "src"];
+pub const SOURCES: [&str; 9] = [
+    "Cargo.toml",
+    "Cargo.lock",
+    "build.rs",
+    "crates/harness",
+    "crates/obbtree",
+    "crates/record",
+    "crates/rs274",
+    "crates/scene",
+    "src",
+];
 
 /// A number that names the content of [`SOURCES`] below `root`; the same only for programs of one compiler. `None` when something cannot
 /// be read.

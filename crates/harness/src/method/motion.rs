@@ -82,7 +82,7 @@ pub(super) fn by_distances<M: Model + ?Sized>(a: &M, b: &dyn Model, motion: &Mot
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registry::Registry;
+    use crate::registry;
     use obbtree::cases::meshes;
     use std::f64::consts::FRAC_PI_2;
 
@@ -103,7 +103,7 @@ mod tests {
     /// middle by a right angle: its tip corner meets the face Y = 6 of a cuboid.
     #[test]
     fn every_engine_finds_the_contacts_that_are_known() {
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let (cube, rod) = (meshes::cuboid(2.0, 2.0, 2.0), meshes::cuboid(20.0, 2.0, 2.0));
         let ahead = Motion::between(&Isometry::identity(), &Isometry::translation(10.0, 0.0, 0.0));
         let ahead = Motion { start: Isometry::translation(-6.0, 0.0, 0.0), ..ahead };

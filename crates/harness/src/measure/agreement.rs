@@ -402,7 +402,7 @@ pub fn replay(plan: &Plan, row: &DisagreementRow) -> Result<(Vec<(String, bool)>
 mod tests {
     use super::super::{Profile, Selection, Silent};
     use super::*;
-    use crate::registry::Registry;
+    use crate::registry::{self, Registry};
     use crate::volume::Info;
 
     fn plan(registry: &Registry, variants: &[&str]) -> Plan {
@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn exact_engines_agree_and_rounds_add_up_in_any_order() {
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let open = |folder: &Path| AgreementRun::open(plan(&registry, &["obb-wide", "aabb-wide"]), asked(100), folder);
         let all = open(whole.path()).unwrap().run(3, None, &Silent).unwrap();
@@ -452,7 +452,7 @@ mod tests {
     /// 2400 random poses in rounds of twelve depths, of which the exact truth is asked about 200: a stride of twelve would meet one band alone.
     #[test]
     fn the_exact_truth_is_asked_in_every_band() {
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let folder = tempfile::tempdir().unwrap();
         let asked = Asked { poses: 4800, exhaustive: 600, first_seed: 5 };
         let run = AgreementRun::open(plan(&registry, &["obb-wide", "aabb-wide"]), asked, folder.path()).unwrap();
@@ -468,7 +468,7 @@ mod tests {
     #[test]
     fn an_engine_that_misses_is_found_and_its_poses_can_be_asked_again() {
         // A volume that does not contain its triangles, and says that it is safe.
-        let standard = Registry::standard();
+        let standard = registry::standard();
         let mut broken = *standard.variants().iter().find(|variant| variant.info.id == "obb-area-centroid").unwrap();
         broken.info = Info { id: "broken", safe: true, ..broken.info };
         let registry = standard.with(broken);

@@ -2,12 +2,9 @@
 
 use crate::tree::levels::Drawn;
 use crate::tree::tightness::{TreeReport, drift};
-use crate::volume::aabb::Aabb;
-use crate::volume::shape::aligned_box::AlignedBox;
 use crate::volume::shape::obb::Obb;
 use crate::volume::shape::sphere::Sphere;
 use crate::volume::{Segment, Solid};
-use nalgebra::Matrix3;
 use obbtree::engine::plain::Plain;
 use obbtree::engine::{WideTree, WideVolume};
 
@@ -24,9 +21,6 @@ impl Facts {
             Facts { outline: volume.outline(), volume_mm3: volume.volume(), area_mm2: volume.surface_area() }
         }
         match *plain {
-            Plain::Box { axes, centre, half } if axes == Matrix3::identity() => {
-                of(&AlignedBox::<Aabb>::new(centre, half))
-            }
             Plain::Box { axes, centre, half } => of(&Obb { axes, centre, half }),
             Plain::Ball { centre, radius } => of(&Sphere { centre, radius }),
         }

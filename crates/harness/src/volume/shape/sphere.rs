@@ -36,15 +36,18 @@ impl Shape for Sphere {
         rigid(a_from_b)
     }
 
+    #[inline]
     fn overlaps(&self, other: &Self, a_from_b: &Isometry) -> bool {
         let reach = self.radius + other.radius;
         (a_from_b * other.centre - self.centre).norm_squared() <= reach * reach
     }
 
+    #[inline]
     fn gap_mm(&self, other: &Self, a_from_b: &Isometry) -> f64 {
         ((a_from_b * other.centre - self.centre).norm() - self.radius - other.radius).max(0.0)
     }
 
+    #[inline]
     fn size(&self) -> f64 {
         self.radius
     }

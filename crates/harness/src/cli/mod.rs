@@ -39,6 +39,7 @@ mod view;
 
 pub use subject::refuse_output;
 
+use crate::measure::environment::{self, Build};
 use crate::registry::Registry;
 use anyhow::{Result, anyhow};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -201,9 +202,10 @@ fn words() -> Vec<OsString> {
     words
 }
 
-/// Runs the command line of this process over the variants of `registry`.
+/// Runs the command line of this process over the variants of `registry`, for a program that was built from `build`.
 #[expect(clippy::needless_pass_by_value, reason = "a `main` builds the registry and is done with it")]
-pub fn main_with(registry: Registry) -> ExitCode {
+pub fn main_with(registry: Registry, build: Build) -> ExitCode {
+    environment::tell(build);
     let parsed = command().try_get_matches_from(words()).and_then(|found| Arguments::from_arg_matches(&found));
     let arguments = match parsed {
         Ok(arguments) => arguments,

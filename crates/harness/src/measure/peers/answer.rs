@@ -264,7 +264,7 @@ impl Asker<'_> {
 mod tests {
     use super::*;
     use crate::record::Stratum;
-    use crate::registry::Registry;
+    use crate::registry;
     use obbtree::cases::meshes;
     use std::sync::Arc;
 
@@ -287,7 +287,7 @@ mod tests {
         let chunks = vec![0..2, 2..3];
         let asked = posed::PosedMeshes { pair: "a:b".into(), a: torus, b: cuboid, questions, chunks };
         asked.write(folder.path()).unwrap();
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let variant = registry.variants().iter().find(|variant| variant.is_reference).unwrap();
         let commands = b"build\nbytes\nchunk 0 2\nchunk 2 3\nchunk 0 2\nquit\n";
         let mut replies = Vec::new();
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn what_is_no_command_is_refused() {
         let (_, folder) = answers(Mode::First);
-        let registry = Registry::standard();
+        let registry = registry::standard();
         let variant = &registry.variants()[0];
         for bad in ["hello\n", "chunk 0\n", "chunk 0 9\n", "chunk 2 1\n", "chunk a b\n"] {
             let result = run(

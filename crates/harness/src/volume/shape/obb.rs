@@ -22,9 +22,9 @@ pub struct Obb {
 #[derive(Clone, Debug)]
 pub struct ObbPose {
     /// Maps axes of the second mesh to axes of the first.
-    pub(in crate::volume) rotation: Matrix3<f64>,
+    pub rotation: Matrix3<f64>,
     /// The second mesh's origin in the first.
-    pub(in crate::volume) translation: Vector,
+    pub translation: Vector,
 }
 
 impl ObbPose {
@@ -51,6 +51,7 @@ impl Shape for Obb {
         !separated(&t, &r, &widened_abs(&r), &self.half, &other.half)
     }
 
+    #[inline]
     fn gap_mm(&self, other: &Self, pose: &ObbPose) -> f64 {
         let between = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         let t = self.axes.tr_mul(&between);
@@ -58,6 +59,7 @@ impl Shape for Obb {
         gap_mm(&t, &r, &widened_abs(&r), &self.half, &other.half)
     }
 
+    #[inline]
     fn size(&self) -> f64 {
         self.half.norm_squared()
     }

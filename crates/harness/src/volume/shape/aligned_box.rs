@@ -75,11 +75,13 @@ impl<T: BoxTest> Shape for AlignedBox<T> {
         !T::separated(&t, pose, &self.half, &other.half)
     }
 
+    #[inline]
     fn gap_mm(&self, other: &Self, pose: &AlignedPose) -> f64 {
         let t = pose.rotation * other.centre.coords + pose.translation - self.centre.coords;
         gap_mm(&t, &pose.rotation, &pose.widened, &self.half, &other.half)
     }
 
+    #[inline]
     fn size(&self) -> f64 {
         self.half.norm_squared()
     }

@@ -132,14 +132,14 @@ pub fn query(a: &Tree<Obb>, b: &Tree<Obb>, a_from_b: &Isometry, histogram: &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registry::Registry;
+    use crate::registry;
     use obbtree::cases::meshes;
 
     #[test]
     fn every_volume_test_of_a_query_is_noted_once_whatever_the_boxes() {
         let torus = meshes::torus(12.0, 4.0, 14, 7);
         let mut kinds = 0;
-        for variant in Registry::standard().variants().iter().filter(|variant| variant.is_standard) {
+        for variant in registry::standard().variants().iter().filter(|variant| variant.is_standard) {
             let model = variant.prepare(&torus, None);
             let Some(tree) = model.boxes() else { continue };
             kinds += 1;
