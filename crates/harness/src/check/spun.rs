@@ -586,6 +586,19 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
+    fn slabs_of_equal_radii_that_join_are_one_ring() {
+        let slab = |low, high, radii| Slab { radii, is_hollow: true, ..Slab::between(low, high) };
+        let mut slabs = vec![slab(0.0, 1.0, [5.0, 9.0]), slab(1.0, 2.0, [5.0, 9.0])];
+        let count = |slabs: &[Slab]| rings(slabs, &Isometry::identity()).unwrap().vertices().len() / (4 * SIDES);
+        assert_eq!(count(&slabs), 1);
+        for apart in [slab(2.5, 3.0, [5.0, 9.0]), slab(2.0, 3.0, [5.0, 8.0]), slab(2.0, 3.0, [6.0, 9.0])] {
+            slabs.push(apart);
+            assert_eq!(count(&slabs), 2);
+            slabs.pop();
+        }
+    }
+
+    #[test]
     fn teeth_and_few_sides_are_not_round() {
         let is_round = |toml: &str| slabs(&mesh(toml), &Isometry::identity()).is_none();
         let prism = |sides: usize| {

@@ -156,6 +156,14 @@ impl Met {
         deciding.contacts = deciding.contacts.iter().flat_map(joined).collect();
     }
 
+    /// Another workpiece is not free of this one on a part of the path.
+    fn not_free(&mut self, pair: Pair, [from, to]: [f64; 2]) {
+        match self.near.last_mut() {
+            Some((last, [_, end])) if *last == pair && *end >= from => *end = f64::max(*end, to),
+            _ => self.near.push((pair, [from, to])),
+        }
+    }
+
     fn uncut_to(&self) -> f64 {
         self.cut_from.unwrap_or(f64::INFINITY)
     }
@@ -692,9 +700,9 @@ impl<'a> Route<'a> {
 fn is_parallel(a: &Position, b: &Position) -> bool {
     let length = |way: &Position| way.0.iter().map(|x| x * x).sum::<f64>().sqrt();
     let (one, other) = (length(a), length(b));
-    // Over a metre the two part by a nanometre.
+    // Over a metre the two part by a nanometre. Beside a step of no length this is no number.
     let apart = (0..9).map(|i| (a.0[i] / one - b.0[i] / other).powi(2)).sum::<f64>();
-    one > 0.0 && other > 0.0 && apart.sqrt() <= 1e-9
+    apart.sqrt() <= 1e-9
 }
 
 /// What was found, by part, in the order of the path.
@@ -768,10 +776,7 @@ impl<'a> Ledger<'a> {
         if role != Role::Workpiece || is_turned {
             return;
         }
-        match self.met.near.last_mut() {
-            Some((last, [_, end])) if *last == pair && *end >= from => *end = f64::max(*end, to),
-            _ => self.met.near.push((pair, [from, to])),
-        }
+        self.met.not_free(pair, [from, to]);
     }
 
     /// Every cutter may be in the stock from a place on: nobody has looked.
@@ -851,6 +856,32 @@ const JOINED: f64 = 1e-3;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ways_that_join_are_one_where_a_workpiece_is_not_free() {
+        let (pair, other) = (Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 });
+        let mut met = Met::default();
+        for (pair, way) in
+            [(pair, [1.0, 2.0]), (pair, [2.0, 5.0]), (pair, [3.0, 4.0]), (pair, [6.0, 7.0]), (other, [7.0, 8.0])]
+        {
+            met.not_free(pair, way);
+        }
+        assert_eq!(met.near, [(pair, [1.0, 5.0]), (pair, [6.0, 7.0]), (other, [7.0, 8.0])]);
+    }
+
+    #[test]
+    fn steps_of_the_axes_go_the_same_way_whatever_their_lengths() {
+        let way = |x: f64, y: f64| {
+            let mut way = Position::default();
+            (way[rs274::Axis::X], way[rs274::Axis::Y]) = (x, y);
+            way
+        };
+        assert!(is_parallel(&way(1.0, 2.0), &way(0.1, 0.2)) && is_parallel(&way(0.0, 3.0), &way(0.0, 5.0)));
+        for other in [way(-1.0, -2.0), way(1.0, 2.1), way(1.0, 0.0), way(0.0, 0.0)] {
+            assert!(!is_parallel(&way(1.0, 2.0), &other) && !is_parallel(&other, &way(1.0, 2.0)), "{other:?}");
+        }
+        assert!(!is_parallel(&way(0.0, 0.0), &way(0.0, 0.0)));
+    }
 
     #[test]
     fn two_workpieces_touch_where_neither_stock_is_free() {

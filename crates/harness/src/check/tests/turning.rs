@@ -319,6 +319,8 @@ fn what_feeds_while_the_workpiece_is_turned_turns_itself() {
         crate::check::turning::may_be_driven(&scene, &path, 1)
     };
     assert!(may_be_driven("G1 C0.4 F100") && !may_be_driven("G1 Z-5 F100"));
+    // Turned at rapid rate, and fed back.
+    assert!(may_be_driven("G1 Z-1 F100\nG0 C0.4\nG1 C0") && !may_be_driven("G1 Z-1 F100\nG0 C0.4\nG0 C0"));
 }
 
 #[test]
@@ -349,6 +351,9 @@ fn each_cutter_needs_its_own_spindle_where_each_has_codes() {
         let drill = format!("{drill}{turns}");
         assert_eq!(starts.map(|start| stopped(start, along, &drill)), [false, false, false, true], "{turns}");
     }
+    // One that stands needs the bar to turn.
+    let standing = format!("{drill}turns = \"none\"\n");
+    assert_eq!(starts.map(|start| stopped(start, along, &standing)), [false, false, true, true]);
     // Elsewhere M3 may turn either.
     assert!(!stopped("S500M3", across, &insert("fanuc")) && !stopped("S500M3", across, &mill("fanuc")));
     // So where the bar stays whole.
@@ -372,6 +377,23 @@ fn a_tool_that_is_turned_later_cuts_all_the_same() {
     // While it turns nothing is taken away for sure, nor left.
     let told = found(&text, "M3 S500\nG1 X-24 Z-40 F200\nG1 B45\nG0 X0\nM2");
     assert!(told.events.iter().all(|event| event.kind == Kind::Unresolved), "{:?}", told.events);
+}
+
+/// Its lowest corner passes 0.3 mm above the block, on a way of 120 degrees that is one sample.
+#[test]
+fn what_swings_past_the_workpiece_is_as_near_as_it_is_however_coarse_the_samples_are() {
+    let swing = "[[machine.links]]\nname = \"swing\"\nparent = \"head\"\njoint = { axis = \"B\", direction = [0, 1, 0], point_mm = [0, 0, 100] }\n";
+    let coarse = "[program]\nfile = \"own.ngc\"\nstep_mm = 1000\nstep_deg = 1000\n";
+    let told = |above: f64| {
+        let top = 100.0 - 5_f64.hypot(70.0) - above;
+        let block = part("block", "", "workpiece", [0.0, 0.0, top - 10.0], &cuboid([100.0, 100.0, 20.0]));
+        let cutter = part("cutter", "swing", "cutter", [0.0, 0.0, 30.0], &cylinder(5.0, 30.0));
+        found(&[HEAD, swing, &block, &cutter, coarse].concat(), "M3 S1000\nG0 B-60\nG0 B60\nM2")
+    };
+    let clear = told(0.3);
+    assert!(clear.is_clear() && clear.touches.is_empty(), "{:?} {:?}", clear.events, clear.touches);
+    // Upright it stands in the block before the first move.
+    assert_eq!(kinds(&told(-0.3)), [(0, "collision"), (3, "rapid-into-workpiece")]);
 }
 
 #[test]
