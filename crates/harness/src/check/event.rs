@@ -312,7 +312,7 @@ impl OfPair<'_> {
             }
             match parts.last_mut() {
                 Some(last) if last.to.next_up() >= from && self.line(last.to) == self.line(to) => last.to = to,
-                _ => parts.push(Stretch { from, to, least_mm: 0.0, least_at: to, ..*contact }),
+                _ => parts.push(Stretch { from, to, least_at: to, ..*contact }),
             }
         }
         parts

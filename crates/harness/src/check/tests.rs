@@ -105,6 +105,18 @@ fn contact_is_found_where_it_begins_and_ends() {
     assert!((outcome.duration_s - 1.35).abs() < 1e-9);
 }
 
+#[test]
+fn what_goes_wholly_into_another_part_is_told_as_inside() {
+    // The moved part is 8 mm high: from 2 to 10 mm below Z.
+    let at = CUBES.rfind("height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]]").unwrap();
+    let outline = ["[[-10, -10], [10, -10], [10, 10], [-10, 10]]", "[[-2, -2], [2, -2], [2, 2], [-2, 2]]"];
+    let small = CUBES[at..].replacen("height_mm = 20", "height_mm = 8", 1).replacen(outline[0], outline[1], 1);
+    let outcome = checked(&scene(&format!("{}{small}", &CUBES[..at]), "G0 Z5\nG0 Z60\nM2"), &with_zones(&[]));
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert_eq!((event.kind, event.inside, event.least_mm), (Kind::Collision, true, 0.0));
+    assert!([&event.first, &event.last].iter().all(|end| (end.position[Axis::Z] - 20.0).abs() < 0.02), "{event:?}");
+}
+
 /// [`CUBES`] as a workpiece and a cutter.
 fn with_cutter() -> String {
     let with_role = |text: &str, name: &str, role: &str| {
@@ -299,6 +311,33 @@ fn tools_and_workpieces_are_told_by_their_roles() {
             let gouges = [one, other].contains(&Role::Cutter) && [one, other].contains(&Role::Workpiece);
             assert_eq!(Gouge::of(&scene, pair, &mut BTreeMap::new()).is_some(), gouges, "{one:?} {other:?}");
         }
+    }
+}
+
+/// A rod of 4 mm in a cube of 20, and what is the cutter turns: where the rod is 5 mm in, the cube's surface is 2.83 mm deep in the turning rod, and
+/// the rod's 5 mm in the turning cube.
+#[test]
+fn how_deep_a_cutter_goes_is_found_on_the_surface_of_the_workpiece() {
+    let at = CUBES.rfind("outline_mm").unwrap();
+    let rod =
+        CUBES[at..].replacen("[[-10, -10], [10, -10], [10, 10], [-10, 10]]", "[[-2, -2], [2, -2], [2, 2], [-2, 2]]", 1);
+    let mut scene = scene(&format!("{}{rod}", &CUBES[..at]), "G0 Z25\nM2");
+    scene.gouge_mm = Some(0.1);
+    let pair = Pair { a: 0, b: 1 };
+    for (roles, depth) in [((Role::Workpiece, Role::Cutter), 8_f64.sqrt()), ((Role::Cutter, Role::Workpiece), 5.0)] {
+        (scene.parts[0].role, scene.parts[1].role) = roles;
+        let gouge = Gouge::of(&scene, pair, &mut BTreeMap::new()).unwrap();
+        let pose = |z: f64| {
+            let mut position = Position::default();
+            position[Axis::Z] = z;
+            scene.a_from_b(pair, &scene.machine.forward(&position))
+        };
+        for (z, spare) in [(100.0, 20.0), (25.0, 5.1), (20.05, 0.15), (19.95, 0.05), (15.0, 0.1 - depth)] {
+            let found = gouge.spare_mm(&pose(z), 20.0);
+            assert!((found - spare).abs() < 0.06 * depth.min(spare.abs()).max(0.01), "{roles:?} {z}: {found}");
+        }
+        // The middle of either is in the other at Z 5, and in neither at Z 15.
+        assert_eq!([15.0, 5.0].map(|z| gouge.is_inside(&pose(z))), [false, true], "{roles:?}");
     }
 }
 

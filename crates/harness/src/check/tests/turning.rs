@@ -379,6 +379,21 @@ fn a_tool_that_is_turned_later_cuts_all_the_same() {
     assert!(told.events.iter().all(|event| event.kind == Kind::Unresolved), "{:?}", told.events);
 }
 
+#[test]
+fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
+    let text = |spun: &str| {
+        let drawbar = "[[machine.links]]\nname = \"drawbar\"\nparent = \"spindle\"\njoint = { axis = \"A\", direction = [1, 0, 0] }\n";
+        let chuck = part("chuck", "spindle", "fixture", [0.0; 3], &cuboid([80.0, 20.0, 20.0])) + spun;
+        let weight = part("weight", "drawbar", "machine", [0.0, 0.0, -40.0], &cuboid([4.0, 4.0, 4.0]));
+        // Beside the chuck as drawn, within its reach when it turns.
+        let post = part("post", "", "machine", [0.0, 35.0, 0.0], &cuboid([10.0, 10.0, 10.0]));
+        let insert = part("insert", "slide", "cutter", [90.0, 0.0, 60.0], &cuboid([4.0, 2.0, 4.0]));
+        [LATHE, drawbar, &chuck, &weight, &post, &insert].concat()
+    };
+    assert_eq!(kinds(&found(&text(""), "M3 S500\nG1 Z-1 F100\nM2")), [(0, "unresolved")]);
+    assert_eq!(kinds(&found(&text("turns = \"none\"\n"), "M3 S500\nG1 Z-1 F100\nM2")), []);
+}
+
 /// Its lowest corner passes 0.3 mm above the block, on a way of 120 degrees that is one sample.
 #[test]
 fn what_swings_past_the_workpiece_is_as_near_as_it_is_however_coarse_the_samples_are() {
