@@ -586,6 +586,25 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
+    fn a_slab_is_hollow_where_all_that_is_nearest_faces_the_axis() {
+        let piece = |x: f64| [Point::new(x, -1.0, 0.2), Point::new(x, 1.0, 0.2), Point::new(x, 0.0, 0.8)];
+        let (inward, outward) = (-Vector::x(), Vector::x());
+        for (pieces, is_hollow) in [
+            (vec![(5.0, inward)], true),
+            (vec![(5.0, outward)], false),
+            (vec![(5.0, inward), (5.0, outward)], false),
+            (vec![(5.0, outward), (5.0, inward)], false),
+            (vec![(5.0, outward), (4.0, inward)], true),
+            (vec![(5.0, inward), (6.0, outward)], true),
+        ] {
+            let mut slab = Slab::between(0.0, 1.0);
+            pieces.iter().for_each(|(x, normal)| slab.take_in(&piece(*x), normal));
+            assert_eq!(slab.is_hollow, is_hollow, "{pieces:?}");
+            assert_eq!(slab.radii[0], pieces.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min));
+        }
+    }
+
+    #[test]
     fn slabs_of_equal_radii_that_join_are_one_ring() {
         let slab = |low, high, radii| Slab { radii, is_hollow: true, ..Slab::between(low, high) };
         let mut slabs = vec![slab(0.0, 1.0, [5.0, 9.0]), slab(1.0, 2.0, [5.0, 9.0])];

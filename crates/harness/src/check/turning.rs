@@ -185,7 +185,7 @@ impl Turning {
 }
 
 /// Whether the axis passes through the box of a mesh in the axis's frame.
-fn is_around(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
+pub(super) fn is_around(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
     let places = || mesh.vertices().iter().map(|vertex| axis_from_part * vertex);
     (0..2).all(|k| places().any(|place| place[k] < 0.0) && places().any(|place| place[k] > 0.0))
 }

@@ -97,6 +97,24 @@ fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
 }
 
 #[test]
+fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
+    let driven = |name: &str, role: &str, at: [f64; 3], shape: &str| {
+        part(name, "head", role, at, shape) + "tool = 1\nturns = \"own\"\n"
+    };
+    let text = |holder: &str| {
+        let cutter = driven("cutter", "cutter", [0.0, 0.0, 40.0], &cylinder(5.0, 40.0));
+        let holder = driven("holder", "holder", [30.0, 0.0, 80.0], holder);
+        // As far from the cutter's axis as the holder, on the other side.
+        let post = part("post", "", "fixture", [-35.0, 0.0, 25.0], &cuboid([10.0, 10.0, 50.0]));
+        [HEAD, &post, &cutter, &holder, NO_TIP].concat()
+    };
+    let program = "T1 M6\nM3 S1000\nG0 Z-60\nM2";
+    assert_eq!(kinds(&found(&text(&cylinder(10.0, 30.0)), program)), []);
+    // One that is not round turns about the cutter's.
+    assert_eq!(kinds(&found(&text(&cuboid([20.0, 6.0, 30.0])), program)), [(3, "unresolved")]);
+}
+
+#[test]
 fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [30, 0, 10] } }] }";
     let text = [
@@ -392,6 +410,19 @@ fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
     };
     assert_eq!(kinds(&found(&text(""), "M3 S500\nG1 Z-1 F100\nM2")), [(0, "unresolved")]);
     assert_eq!(kinds(&found(&text("turns = \"none\"\n"), "M3 S500\nG1 Z-1 F100\nM2")), []);
+}
+
+#[test]
+fn an_axis_is_within_a_part_where_it_passes_through_its_box() {
+    let block = part("block", "", "fixture", [0.0; 3], &cuboid([10.0, 20.0, 30.0]));
+    let scene = scene(&[HEAD, &block, NO_TIP].concat(), "G0 X1\nM2");
+    for (x, y, expected) in
+        [(0.0, 0.0, true), (4.0, 0.0, true), (6.0, 0.0, false), (0.0, -9.0, true), (0.0, 11.0, false)]
+    {
+        let axis_from_part = crate::geometry::Isometry::translation(x, y, 3.0);
+        let is_around = crate::check::turning::is_around(&scene.parts[0].mesh, &axis_from_part);
+        assert_eq!(is_around, expected, "{x} {y}");
+    }
 }
 
 /// Its lowest corner passes 0.3 mm above the block, on a way of 120 degrees that is one sample.
