@@ -893,7 +893,11 @@ mod tests {
         let touch = Touch { pair, moves: 1, line: 3, at_most_mm: 0.1 };
         first.touches = vec![touch.clone(), Touch { pair: other, ..touch }];
         let mut second = Met { near, cut_from: Some(5.0), ..Met::default() };
+        // The stock that is cut first decides; what the other one found of the two does not count.
+        let of_other = StockContact { pair: other, ..contact };
+        second.contacts = vec![contact, of_other];
         first.join(&mut second, pair);
+        assert_eq!(second.contacts, [of_other]);
         assert_eq!(first.touches.len(), 2);
         let found: Vec<_> = first.contacts.iter().map(|part| (part.from, part.to, part.depth)).collect();
         let uncertain = Depth { low: 0.0, ..depth };

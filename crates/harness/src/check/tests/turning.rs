@@ -413,6 +413,23 @@ fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
 }
 
 #[test]
+fn a_thin_cutter_that_feeds_makes_the_stock_finer() {
+    let resolution_mm = |cutter: f64, shank: f64, program: &str| {
+        let text = [
+            HEAD,
+            &part("block", "", "workpiece", [0.0; 3], &cuboid([20.0, 20.0, 20.0])),
+            &part("cutter", "head", "cutter", [0.0, 0.0, 15.0], &cylinder(cutter, 20.0)),
+            &part("shank", "head", "shank", [0.0, 0.0, 35.0], &cylinder(shank, 20.0)),
+            NO_TIP,
+        ];
+        found(&text.concat(), program).remaining[0].stock.resolution_mm()
+    };
+    let (feed, rapid) = ("M3 S1000\nG1 Z-6 F500\nM2", "M3 S1000\nG0 Z-4\nM2");
+    assert!((resolution_mm(0.08, 2.0, feed) - 0.04).abs() < 0.002);
+    assert_eq!([(0.08, 2.0, rapid), (2.0, 0.08, feed)].map(|(c, s, program)| resolution_mm(c, s, program)), [0.1, 0.1]);
+}
+
+#[test]
 fn an_axis_is_within_a_part_where_it_passes_through_its_box() {
     let block = part("block", "", "fixture", [0.0; 3], &cuboid([10.0, 20.0, 30.0]));
     let scene = scene(&[HEAD, &block, NO_TIP].concat(), "G0 X1\nM2");
