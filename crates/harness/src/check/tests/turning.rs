@@ -412,6 +412,28 @@ fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
     assert_eq!(kinds(&found(&text("turns = \"none\"\n"), "M3 S500\nG1 Z-1 F100\nM2")), []);
 }
 
+/// A block whose top is at 10 mm, and a cutter whose tip is 20 mm above Z.
+fn block_and_cutter() -> String {
+    let block = part("block", "", "workpiece", [0.0; 3], &cuboid([60.0, 20.0, 20.0]));
+    [HEAD, &block, &part("cutter", "head", "cutter", [0.0, 0.0, 20.0], &cylinder(2.0, 20.0)), NO_TIP].concat()
+}
+
+#[test]
+fn an_arc_cuts_where_it_leads_and_not_along_its_chord() {
+    // Through the block down to 1 mm, or above it; the last rapid goes down to 2 mm.
+    for (arc, expected) in [("G2", vec![]), ("G3", vec![(7, "rapid-into-workpiece")])] {
+        let program = format!("M3 S1000\nG18\nG0 X-10 Z-9\n{arc} X10 Z-9 R10 F500\nG0 Z0\nG0 X0\nG0 Z-18\nM2");
+        assert_eq!(kinds(&found(&block_and_cutter(), &program)), expected, "{arc}");
+    }
+}
+
+#[test]
+fn a_standing_cutter_is_told_once_on_each_line_on_which_it_feeds_into_what_is_left() {
+    let program = "M3 S1000\nG1 Z-15 F500\nM5\nG1 X3\nG1 X6 Z-16\nG1 X9\nM3 S1000\nG1 X12\nM2";
+    let kind = "stopped-spindle-into-workpiece";
+    assert_eq!(kinds(&found(&block_and_cutter(), program)), [(4, kind), (5, kind), (6, kind)]);
+}
+
 #[test]
 fn a_thin_cutter_that_feeds_makes_the_stock_finer() {
     let resolution_mm = |cutter: f64, shank: f64, program: &str| {
@@ -499,6 +521,8 @@ fn what_is_thinner_than_the_resolution_is_not_free_in_the_stock() {
         assert_eq!(kinds(&told), [(2, kind)], "{shape} {resolution_mm}");
         let [least, _] = told.events[0].depth_mm.unwrap();
         assert_eq!(least > 0.0, kind != "unresolved", "{shape} {resolution_mm}: {least}");
+        // What is not certain is told from the beginning of the move on.
+        assert_eq!(told.events[0].first.place < 1e-9, kind == "unresolved", "{shape} {resolution_mm}");
     }
 }
 
