@@ -47,12 +47,15 @@ fn with_tip() -> String {
         .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1)
 }
 
+/// A tetrahedron of 10 mm without its base.
+const OPEN: &str = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
 /// Programs of LinuxCNC's lathes give diameters, too.
 fn scene(text: &str, program: &str) -> Scene {
     let is_lathe = text.contains("controller = \"lathe\"") && !text.contains("dialect = ");
     let diameters = if is_lathe { "G7 " } else { "" };
     let program = format!("{diameters}{program}");
-    let files = [("scene.toml", text), ("own.ngc", program.as_str())];
+    let files = [("scene.toml", text), ("own.ngc", program.as_str()), ("open.obj", OPEN)];
     let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
     Scene::from_memory("cubes", BTreeMap::from(files), &Overrides::default()).unwrap()
 }
@@ -124,6 +127,22 @@ fn with_cutter() -> String {
         text.replacen(&name, &format!("{name}role = \"{role}\"\n"), 1)
     };
     with_role(&with_role(CUBES, "fixed", "workpiece"), "moved", "cutter")
+}
+
+#[test]
+fn parts_and_cutters_with_open_meshes_are_named() {
+    let opened = |text: &str| {
+        let from = text.rfind("shape = ").unwrap();
+        let to = from + text[from..].find('\n').unwrap();
+        format!("{}mesh = \"open.obj\"{}", &text[..from], &text[to..])
+    };
+    let named = |text: &str| {
+        let told = checked(&scene(text, "M3 S1000\nG1 Z15 F500\nM2"), &with_zones(&[]));
+        (told.open_parts, told.open_cutters)
+    };
+    assert_eq!([CUBES, &with_cutter()].map(named), [(vec![], vec![]), (vec![], vec![])]);
+    assert_eq!(named(&opened(CUBES)), (vec![1], vec![]));
+    assert_eq!(named(&opened(&with_cutter())).1, [1]);
 }
 
 #[test]
