@@ -444,6 +444,18 @@ fn the_old_spelling_of_a_verb_answers_with_the_new_one() {
     assert_eq!(output.stdout, folder.run(&["program", "gcode", "p.ngc"]).stdout);
 }
 
+/// The record of a run says what the program was built from; the harness learns it from the program.
+#[test]
+fn the_program_knows_what_it_was_built_from() {
+    let told = Folder::with_scene().run(&["identity"]).stdout;
+    let told: serde_json::Value = serde_json::from_slice(&told).unwrap();
+    for (fact, part) in [("source", ""), ("rustc", "rustc "), ("flags", "opt-level "), ("version", ".")] {
+        let text = told[fact].as_str().unwrap();
+        assert!(!text.is_empty() && text.contains(part), "{fact}: {told}");
+    }
+    assert!(!told["flags"].as_str().unwrap().contains("target ,"), "{told}");
+}
+
 #[test]
 fn shells_and_manual_readers_get_every_verb() {
     let folder = Folder::with_scene();

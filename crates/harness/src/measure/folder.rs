@@ -448,7 +448,9 @@ mod tests {
     /// A commit makes no other program; another build does, and where executables are unknown another source.
     #[test]
     fn a_program_is_its_executable() {
-        let old = Manifest { program: environment::program(), ..manifest(1) };
+        // The program tells its source, a test does not.
+        let program = Program { source: "its source".to_owned(), ..environment::program() };
+        let old = Manifest { program, ..manifest(1) };
         assert!(!old.program.hash.is_empty());
         let with = |program: Program| Manifest { program, ..old.clone() };
         let committed = with(Program { git_revision: "later".to_owned(), ..old.program.clone() });
