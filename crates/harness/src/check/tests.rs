@@ -340,7 +340,7 @@ fn how_deep_a_cutter_goes_is_found_on_the_surface_of_the_workpiece() {
     let at = CUBES.rfind("outline_mm").unwrap();
     let rod =
         CUBES[at..].replacen("[[-10, -10], [10, -10], [10, 10], [-10, 10]]", "[[-2, -2], [2, -2], [2, 2], [-2, 2]]", 1);
-    let mut scene = scene(&format!("{}{rod}", &CUBES[..at]), "G0 Z25\nM2");
+    let mut scene = scene(&format!("{}{rod}", &CUBES[..at]), "G0 Z15\nM2");
     scene.gouge_mm = Some(0.1);
     let pair = Pair { a: 0, b: 1 };
     for (roles, depth) in [((Role::Workpiece, Role::Cutter), 8_f64.sqrt()), ((Role::Cutter, Role::Workpiece), 5.0)] {
@@ -358,6 +358,13 @@ fn how_deep_a_cutter_goes_is_found_on_the_surface_of_the_workpiece() {
         // The middle of either is in the other at Z 5, and in neither at Z 15.
         assert_eq!([15.0, 5.0].map(|z| gouge.is_inside(&pose(z))), [false, true], "{roles:?}");
     }
+    // Where the rod is the cutter, nothing is deeper in it than 2.83 mm.
+    (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
+    let thin = [0.1, 3.0].map(|allowed_mm| {
+        scene.gouge_mm = Some(allowed_mm);
+        checked(&scene, &with_zones(&[])).thin_cutters
+    });
+    assert_eq!(thin, [vec![], vec![1]]);
 }
 
 /// A bar of 20 mm radius from 25 to 45 mm along a spindle at (3, 4, 100), and an insert of 4 x 2 x 4 mm. X is slanted; at X 12 the insert is from 11.77

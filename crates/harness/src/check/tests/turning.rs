@@ -408,7 +408,11 @@ fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
         let insert = part("insert", "slide", "cutter", [90.0, 0.0, 60.0], &cuboid([4.0, 2.0, 4.0]));
         [LATHE, drawbar, &chuck, &weight, &post, &insert].concat()
     };
-    assert_eq!(kinds(&found(&text(""), "M3 S500\nG1 Z-1 F100\nM2")), [(0, "unresolved")]);
+    let told = found(&text(""), "M3 S500\nG1 Z-1 F100\nM2");
+    assert_eq!(kinds(&told), [(0, "unresolved")]);
+    // As drawn the two never meet, and yet they are examined.
+    let of_two = told.decisions.iter().find(|decision| decision.pair == told.events[0].pair).unwrap();
+    assert!(of_two.dropped.is_none(), "{of_two:?}");
     assert_eq!(kinds(&found(&text("turns = \"none\"\n"), "M3 S500\nG1 Z-1 F100\nM2")), []);
 }
 
