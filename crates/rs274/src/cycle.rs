@@ -34,6 +34,9 @@ const ROUNDING_MM: f64 = 1e-9;
 const MAX_REPEATS: i32 = 100_000;
 
 /// Note on Fanuc's and Haas's `G76`.
+/// Note on a hole whose depth G51 scales.
+const SCALED_HOLE: &str = "G51 scales R and the depth of the hole; whether Haas's controls do is not known";
+
 const STEP_ASIDE: &str = "G76 steps aside by its Q (or I and J) at the bottom of the hole, and goes up there; which way is a setting of the machine: the step is not examined";
 
 /// Note on Fanuc's taps with Q.
@@ -181,6 +184,12 @@ impl Interpreter<'_> {
         let place =
             |&axis: &Axis| self.take_axis_or_step(values, axis).map(|(value, is_step)| (axis as usize, value, is_step));
         let places: Vec<_> = axes.iter().filter(|&&axis| axis != normal).filter_map(place).collect();
+        let mut named = [false; 9];
+        places.iter().for_each(|&(axis, _, is_step)| named[axis] = !is_step);
+        self.note_turned_place(&named);
+        if self.setup.dialect == Dialect::Haas && self.transforms.factor(normal as usize) != 1.0 {
+            self.note_unknown(SCALED_HOLE.to_owned());
+        }
         let repeats = self.repeats(values)?;
         let here = self.offsets.to_program(&self.position);
         let is_elsewhere =

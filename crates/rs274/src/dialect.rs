@@ -195,6 +195,8 @@ pub(super) fn fanuc_g(tenths: i32, dialect: Dialect, lathe: bool) -> Meaning {
         700 | 710..=712 | 720..=722 => Unknown,
         760 => Code(Group::Motion, own::FINE_BORE),
         842 | 843 => Code(Group::Motion, if tenths == 842 { 840 } else { 740 }),
+        // The mirror of double turrets, on lathes.
+        680 | 690 if lathe && !haas => Unknown,
         // Fine spindle motion, a tap of a driven tool, and X and Y as X and C, on and off: on Haas's lathes.
         50 | 950 | 1120 | 1130 if haas && lathe => Unknown,
         // Look-ahead, smoothing, exact stop, path modes, stored strokes, look-ahead off.
@@ -223,6 +225,9 @@ pub(super) fn fanuc_m(number: i32, dialect: Dialect, lathe: bool) -> Meaning {
     match number {
         133..=135 | 143..=145 if lathe && dialect == Dialect::Haas => Meaning::Code(Group::Driven, number),
         97 if dialect == Dialect::Haas => Meaning::Code(Group::Subprogram, own::LOCAL_CALL),
+        16 if dialect == Dialect::Haas && !lathe => Meaning::Code(Group::ToolChange, 6),
+        // A jump that hangs on the pallet.
+        46 if dialect == Dialect::Haas => Meaning::Unknown,
         109 if dialect == Dialect::Haas => Meaning::Code(Group::Signal, own::ASK_OPERATOR),
         // Clamps, chucks, tailstocks, conveyors, coolant, gears, doors, lights, chips, probes, rigid tapping: the builder's, not the axes'.
         10..=18

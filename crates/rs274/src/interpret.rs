@@ -15,7 +15,7 @@ use super::fanuc::{OffsetNumbers, origin_of};
 use super::foreign;
 use super::kinematics::Kinematics;
 use super::lathe::LatheMemory;
-use super::modal::{FeedMode, Group, Modes, Spindle, Values};
+use super::modal::{FeedMode, Group, Modes, Spindle, Values, lacks_point_note};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
 use super::parameters::{Parameters, UNKNOWN};
@@ -147,6 +147,8 @@ pub(super) struct Interpreter<'a> {
     pub offset_change: Values9,
     /// Axes that G69 has turned back on Fanuc's controls and that nothing has sent to a place since.
     pub turned_back: [bool; 9],
+    /// Where the tool was in the program's coordinates when G68 or G69 turned them on Fanuc's controls, until an axis of the plane is sent to a place.
+    pub before_turn: Option<Values9>,
     /// A tool that T has selected and no M6 has changed to.
     pub waiting_tool: Option<u32>,
     /// Whether the unit of lengths is known: from G20 or G21, the setup, or a note that was given.
@@ -245,6 +247,7 @@ impl<'a> Interpreter<'a> {
             numbers: OffsetNumbers::default(),
             offset_change: [0.0; 9],
             turned_back: [false; 9],
+            before_turn: None,
             waiting_tool: None,
             knows_units: setup.units.is_some(),
             knows_diameter: setup.plane != Plane::Zx || setup.dialect != Dialect::LinuxCnc,
@@ -369,6 +372,13 @@ impl<'a> Interpreter<'a> {
         }
     }
 
+    /// Notes that words, which are no lengths, lack a decimal point, as those of lengths are noted.
+    pub(super) fn note_missing_points(&mut self, values: &Values, letters: &str) {
+        for letter in letters.chars().filter(|&letter| values.lacks_point(letter)) {
+            self.note(lacks_point_note(letter));
+        }
+    }
+
     /// Notes what the reader should know of words that have turned out to be lengths.
     fn note_lengths(&mut self, values: &Values) {
         values.late_notes().for_each(|note| self.note(note));
@@ -439,10 +449,29 @@ impl<'a> Interpreter<'a> {
             _ => self.obey_subprogram(table, &values, at)?,
         };
         values.check_all_used()?;
-        if next == Next::End && block.deletable && at < table.own {
-            self.note_optional_end(&lines[at + 1..table.own]);
+        if next == Next::End && at < table.own {
+            if block.deletable {
+                self.note_optional_end(&lines[at + 1..table.own]);
+            }
+            self.note_more_programs(&lines[at + 1..table.own]);
         }
         Ok(next)
+    }
+
+    /// Notes programs of their own behind the end of this one: those that end with M2 or M30.
+    fn note_more_programs(&mut self, behind: &Lines) {
+        let mut own = None;
+        for block in behind.iter().flatten() {
+            if let Some(flow) = block.flow.as_ref().filter(|flow| flow.keyword == Keyword::Label) {
+                own = Some(flow.text.as_str());
+            }
+            let ends = |word: &Word| word.letter == 'm' && matches!(word.value.literal(), Some(2.0 | 30.0));
+            if let Some(name) = own.take_if(|_| block.words.iter().any(ends)) {
+                self.note(format!(
+                    "the file has another program, {name}, behind the end of this one: it is not examined"
+                ));
+            }
+        }
     }
 
     /// Notes the end of the program at a line with `/` where the lines behind it, up to the next program, do more than end it.
@@ -614,6 +643,10 @@ impl<'a> Interpreter<'a> {
         if self.modes.feed_mode == FeedMode::InverseTime {
             // In G93 an F belongs to its block alone.
             self.modes.feed = 0.0;
+        }
+        if self.setup.dialect.is_fanuc_like() {
+            // On LinuxCNC F is read in the unit before.
+            self.set_units(values);
         }
         if let Some(feed) = values.take('f') {
             if feed < 0.0 {

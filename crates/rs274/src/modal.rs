@@ -467,7 +467,7 @@ impl Values {
 /// Letters of words that say where the axes go.
 const AXES: &str = "xyzabcuvw@^";
 
-fn lacks_point_note(letter: char) -> String {
+pub(super) fn lacks_point_note(letter: char) -> String {
     format!(
         "{} has no decimal point and is read as if it had one behind its last digit; a control that counts in least increments \
          reads a thousandth or less",

@@ -6,13 +6,30 @@ use super::compensation::Compensation;
 use super::cycle::{Sticky, is_cycle};
 use super::dialect::{Dialect, own};
 use super::error::{Cause, Fault};
-use super::feed::{Travel, travel};
+use super::feed::{NO_TRAVEL_MM, Travel, travel};
 use super::interpret::Interpreter;
 use super::modal::{CANCEL_CYCLE, Group, Values};
 use super::offsets::{Similar, Values9};
 use super::spline::SPLINE_CHORD_MM;
 
+/// Note on the first place behind a turn.
+const ONE_AXIS_BEHIND_TURN: &str = "the first place behind G68 or G69 names one axis of the plane: the other is taken to stay where it is; a control may keep its number instead, which is another place in the turned coordinates (Fanuc's parameter 11600#5, AX1, at 0)";
+
+/// Note on a rotary axis while Haas's G51 is on.
+const SCALED_ROTARY: &str = "A, B and C are taken as written while G51 is on; Haas's controls scale them, too";
+
+/// Note on a step behind T of a lathe.
+const STEP_BEHIND_T: &str = "a step (U, W) behind a T with another offset: it is taken to be as long as its number, the offset shifting the coordinates; a control that moves by geometry offsets (Fanuc's parameter 5002#4, LGT, at 1), and one with wear offsets, goes further by the change";
+
 impl Interpreter<'_> {
+    /// G20 and G21.
+    pub(super) fn set_units(&mut self, values: &Values) {
+        if let Some(units) = values.number(Group::Units) {
+            self.modes.inches = units == 200;
+            self.knows_units = true;
+        }
+    }
+
     pub(super) fn set_modes(&mut self, values: &Values) -> Result<(), Fault> {
         if let Some(plane) = values.number(Group::Plane) {
             let plane = match plane {
@@ -25,10 +42,7 @@ impl Interpreter<'_> {
             }
             self.modes.plane = plane;
         }
-        if let Some(units) = values.number(Group::Units) {
-            self.modes.inches = units == 200;
-            self.knows_units = true;
-        }
+        self.set_units(values);
         if let Some(diameter) = values.number(Group::Diameter) {
             self.modes.diameter = diameter == 70;
             self.knows_diameter = true;
@@ -134,9 +148,12 @@ impl Interpreter<'_> {
                     self.note_roll_over(i, program[i], value);
                 }
                 program[i] = if is_step { program[i] + value } else { value };
-                change[i] = if is_step { self.offset_change[i] } else { 0.0 };
+                change[i] = if is_step { self.change_for_step(i) } else { 0.0 };
                 named[i] = true;
                 names_place |= !is_step;
+                if axis.is_rotary() && self.setup.dialect == Dialect::Haas && self.transforms.factor(0) != 1.0 {
+                    self.note_unknown(SCALED_ROTARY.to_owned());
+                }
                 self.note_step_behind_turn(i, is_step.then_some(value));
                 if axis == Axis::Z && !is_step {
                     self.note_lapsed_length();
@@ -145,6 +162,7 @@ impl Interpreter<'_> {
         }
         if names_place {
             self.note_unset_origin();
+            self.note_turned_place(&named);
         }
         let from = self.offsets.to_program(&self.position);
         if let Some([x, y]) = self.take_polar(values, &from) {
@@ -194,6 +212,30 @@ impl Interpreter<'_> {
             self.lapse_length();
         }
         std::array::from_fn(|i| words[i].unwrap_or(self.position[i]))
+    }
+
+    /// Notes the first place behind G68 or G69 where it is of one axis of the plane, and the number of the other has changed by the turn.
+    pub(super) fn note_turned_place(&mut self, named: &[bool; 9]) {
+        let [first, second, _] = self.modes.plane.axes().map(|axis| axis as usize);
+        if !named[first] && !named[second] {
+            return;
+        }
+        let Some(before) = self.before_turn.take() else { return };
+        let now = self.offsets.to_program(&self.position);
+        let other = if named[first] { second } else { first };
+        if !named[other] && (before[other] - now[other]).abs() > NO_TRAVEL_MM {
+            self.note_unknown(ONE_AXIS_BEHIND_TURN.to_owned());
+        }
+    }
+
+    /// What a step adds to itself: on mills what the tool length has changed. T of lathes shifts the coordinates.
+    fn change_for_step(&mut self, axis: usize) -> f64 {
+        let change = self.offset_change[axis];
+        if change != 0.0 && self.setup.is_fanuc_lathe() {
+            self.note_unknown(STEP_BEHIND_T.to_owned());
+            return 0.0;
+        }
+        change
     }
 
     /// Notes a step of an axis that G69 has turned back, where Fanuc's manuals want a place first; without a step the axis goes to a place.

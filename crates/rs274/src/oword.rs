@@ -525,6 +525,7 @@ impl Interpreter<'_> {
         if !columns.is_sorted() {
             return Err(code.fault(Cause::NotAllowed(SECOND_ARGUMENTS)));
         }
+        self.note_missing_points(values, "ijkqr");
         let mut arguments = [f64::NAN; 26];
         for (letter, value) in values.words() {
             if let Some(variable) = ARGUMENTS.iter().find(|entry| entry.0 == letter) {

@@ -199,6 +199,7 @@ impl Interpreter<'_> {
         check_p0(values, "a tilted plane by other than Euler's angles (P0)")?;
         self.untransform(code)?;
         let origin = [Axis::X, Axis::Y, Axis::Z].map(|axis| self.take_axis(values, axis).unwrap_or(0.0));
+        self.note_missing_points(values, "ijk");
         let angles = ['i', 'j', 'k'].map(|letter| values.take(letter).unwrap_or(0.0));
         self.enter_tip_control(code)?;
         self.is_tilted = true;

@@ -73,6 +73,9 @@ impl Interpreter<'_> {
     /// The block's codes of this file.
     pub(super) fn obey_transforms(&mut self, values: &Values) -> Result<(), Fault> {
         if let Some(code) = values.code(Group::Turn) {
+            if code.number == 680 || self.transforms.turn.is_some() {
+                self.before_turn = Some(self.offsets.to_program(&self.position));
+            }
             match code.number {
                 680 => self.turn_coordinates(values, code)?,
                 682 => self.tilt(values, code)?,
@@ -133,6 +136,7 @@ impl Interpreter<'_> {
         if ['i', 'j', 'k'].iter().any(|&letter| values.has(letter)) {
             return Err(code.fault(Cause::NotAllowed("a turn in space; G68.2 tilts a plane")));
         }
+        self.note_missing_points(values, "r");
         let degrees = values.take('r').ok_or_else(|| code.fault(Cause::Missing("R, the angle,")))?;
         // While no turn is in force, a step is the whole angle. Haas's manuals do not say that G69 forgets the angle.
         if self.modes.incremental && (self.transforms.turn.is_some() || self.setup.dialect == Dialect::Haas) {

@@ -42,6 +42,12 @@ fn notes(source: &str, setup: &Setup) -> String {
     run(source, setup).notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
+/// The notes on what the machine may do otherwise.
+fn unknown(source: &str, setup: &Setup) -> String {
+    let notes = run(source, setup).notes.into_iter().filter(|note| note.is_unknown);
+    notes.map(|note| note.text).collect::<Vec<_>>().join("\n")
+}
+
 /// A table that A turns about the machine's X axis.
 #[derive(Debug)]
 struct TiltingTable;
@@ -938,17 +944,82 @@ fn a_step_behind_another_tool_offset_ends_by_the_change_further() {
     assert_ends("G43H1G0Z0\nG49\nG91X1.\nZ1.\nM30", &fanuc(), &[[0.0, 0.0, 50.0], [1.0, 0.0, 50.0], [1.0, 0.0, 1.0]]);
     // An absolute move has all of it.
     assert_end("G43H1\nG0Z10.\nG91Z1.\nM30", &haas(), [0.0, 0.0, 61.0]);
-    // Diameters: 20 and the 1 of offset 1, then a step of 4 from there.
-    assert_ends(
-        "G0X20.\nT0101\nU4.\nU4.\nM30",
-        &lathe(),
-        &[[10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [13.0, 0.0, 0.0], [15.0, 0.0, 0.0]],
-    );
     assert_refused("G0Z20.\nG91G43H1\nG81Z-5.R-10.F100\nM30", &fanuc(), "3:1", "right behind another tool offset");
     // By way of where Z is, home, with a note; and the change is forgotten.
     let source = "G43H1G0Z0\nG49\nG91G28Z0\nZ-1.\nM30";
     assert_ends(source, &fanuc(), &[[0.0, 0.0, 50.0], [0.0, 0.0, 50.0], [0.0; 3], [0.0, 0.0, -1.0]]);
     assert!(notes(source, &fanuc()).contains("behind another tool offset"));
+}
+
+/// The geometry offset of a lathe's tool is a shift of the coordinates (5002#4 at 0), so that a step is as long as its number.
+#[test]
+fn a_step_behind_t_of_a_lathe_is_as_programmed_and_told() {
+    let ends = [[10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [12.0, 0.0, 0.0], [14.0, 0.0, 0.0]];
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        for (source, is_told) in [
+            ("G0X20.\nT0101\nU4.\nU4.\nM30", true),
+            // To the diameter 22 of the program, which is 24 by the machine's: the offset counts.
+            ("G0X20.\nT0101\nX23.\nU4.\nM30", false),
+        ] {
+            if is_told {
+                assert_ends(source, &setup, &ends);
+            } else {
+                assert_ends(source, &setup, &[ends[0], ends[1], [12.5, 0.0, 0.0], [14.5, 0.0, 0.0]]);
+            }
+            assert_eq!(unknown(source, &setup).contains("behind a T with another offset"), is_told, "{source}");
+        }
+    }
+}
+
+#[test]
+fn one_axis_behind_a_turn_is_told_where_the_number_of_the_other_has_changed() {
+    // At X 10, Y 10; turned by 45 degrees the place is X 14.142, Y 0, of which X stays.
+    for (source, is_told) in [
+        ("G0X10.Y10.\nG68X0Y0R45.\nY14.142\nM30", true),
+        ("G0X10.Y10.\nG68X0Y0R45.\nX1.Y14.142\nY1.\nM30", false),
+        ("G0X10.Y10.\nG68X0Y0R45.\nZ1.\nG91X1.\nG90Y1.\nM30", true),
+        ("G0X0Y0\nG68X0Y0R45.\nY14.142\nM30", false),
+        ("G0X10.Y10.\nG68X0Y0R45.\nX1.Y1.\nG69\nX3.\nM30", true),
+        ("G0X10.Y10.\nG69\nX3.\nM30", false),
+        ("G0X10.Y10.Z5.\nG68X0Y0R45.\nG81Y9.Z-1.R2.F100.\nM30", true),
+    ] {
+        for setup in [fanuc(), haas()] {
+            let told = unknown(source, &setup).contains("the first place behind G68 or G69");
+            assert_eq!(told, is_told, "{source}");
+        }
+    }
+}
+
+#[test]
+fn words_that_are_no_lengths_are_told_without_a_point_too() {
+    for (source, setup, letter) in [
+        ("G68X0Y0R45\nM30", fanuc(), 'R'),
+        ("G65P1I5\nM30\nO1\nM99", fanuc(), 'I'),
+        ("G65P1R5\nM30\nO1\nM99", haas(), 'R'),
+        ("G68.2X0Y0Z0I0J30K0.\nG49\nM30", fanuc(), 'J'),
+        ("G0Z5.\nG81Z-1.R2.F100.L0\nG70I9.J30L3\nM30", haas(), 'J'),
+    ] {
+        let has = |source: &str| notes(source, &setup).contains(&format!("{letter} has no decimal point"));
+        assert!(has(source), "{source}: {}", notes(source, &setup));
+        let source = source.replace("5\n", "5.\n").replace("30L", "30.L").replace("J30K", "J30.K");
+        assert!(!has(&source), "{source}");
+    }
+}
+
+#[test]
+fn f_beside_g20_is_in_inches_on_fanucs_and_haas_controls() {
+    let of = |setup: &Setup| run("G21G1F100.\nG20F10.\nG1X1.\nM30", setup).moves[0].feed_mm_min;
+    assert_eq!([fanuc(), haas()].map(|setup| of(&setup)), [Some(254.0); 2]);
+    assert_eq!(of(&Setup::default()), Some(10.0));
+}
+
+#[test]
+fn a_program_behind_the_end_is_named() {
+    for (source, named) in
+        [("O1\nG0X1.\nM30\nO2\nG0X9.\nM30", true), ("O1\nM98P2\nM30\nO2\nG0X9.\nM99", false), ("O1\nG0X1.\nM30", false)]
+    {
+        assert_eq!(notes(source, &fanuc()).contains("another program, O2"), named, "{source}");
+    }
 }
 
 #[test]

@@ -245,6 +245,35 @@ fn a_mirror_at_a_shifted_zero_is_told() {
 }
 
 #[test]
+fn m16_changes_the_tool_of_a_mill() {
+    let changes = |source: &str, setup: &Setup| {
+        run(source, setup).moves.iter().filter(|step| step.kind == MoveKind::ToolChange { tool: 2 }).count()
+    };
+    assert_eq!(changes("T2M16\nM30", &haas()), 1);
+    assert_eq!(changes("T2M16\nM30", &fanuc()), 0);
+}
+
+#[test]
+fn a_jump_that_hangs_on_the_pallet_is_refused() {
+    assert_refused("M46Q1P10\nN10G0X1.\nM30", &haas(), "1:1", "M46");
+}
+
+#[test]
+fn what_g51_may_scale_otherwise_is_told() {
+    let of_holes = "G51 scales R and the depth";
+    let of_rotary = "A, B and C are taken as written";
+    for (source, text, expected) in [
+        ("G0Z9.\nG51X0Y0Z0P.5\nG81X1.Z-1.R2.F100.", of_holes, true),
+        ("G0Z9.\nG51X0Y0Z0P.5\nG50\nG81X1.Z-1.R2.F100.", of_holes, false),
+        ("G51X0Y0Z0P2.\nG0A45.", of_rotary, true),
+        ("G51X0Y0Z0P2.\nG0X45.", of_rotary, false),
+        ("G0A45.", of_rotary, false),
+    ] {
+        assert_eq!(is_unknown(&format!("{source}\nM30"), text), expected, "{source}");
+    }
+}
+
+#[test]
 fn r_of_a_lathes_cycle_is_the_initial_level_where_it_is_left_out() {
     for dialect in [Dialect::Fanuc, Dialect::Haas] {
         let setup = lathe(dialect);

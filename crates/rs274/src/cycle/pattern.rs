@@ -64,6 +64,7 @@ impl Interpreter<'_> {
         let initial = self.sticky.initial.unwrap_or(height);
         let hole = self.held_hole(values, cycle, Axis::Z, initial)?;
         self.note_low_start(pattern.holes, height, initial, hole.retract);
+        self.note_missing_points(values, "jk");
         for [x, y] in pattern.places() {
             let places = [(0, centre[0] + x, false), (1, centre[1] + y, false)];
             self.above_hole(values, &places, (hole.normal, height))?;
