@@ -148,6 +148,58 @@ impl EventWriter<'_> {
         found.into_iter().map(|(_, event)| event).collect()
     }
 
+    /// Adds contact of what a spindle turns, of which it is not known whether it happens: on each line on which the parts as drawn do not collide
+    /// meanwhile.
+    pub fn add_turned(&self, events: &mut Vec<Event>, turned: Vec<Event>) {
+        let mut added = Vec::new();
+        for contact in turned.into_iter().filter(|event| event.kind.is_collision()) {
+            let is_same = |event: &&Event| event.kind.is_collision() && event.pair == contact.pair;
+            let mut drawn: Vec<[f64; 2]> =
+                events.iter().filter(is_same).map(|event| [event.first.place, event.last.place]).collect();
+            drawn.sort_by(|[a, _], [b, _]| a.total_cmp(b));
+            added.extend(self.beside(&contact, &drawn));
+        }
+        events.extend(added);
+        events.sort_by(|a, b| {
+            a.first.place.total_cmp(&b.first.place).then_with(|| width(&b.kind).total_cmp(&width(&a.kind)))
+        });
+    }
+
+    /// The parts of a contact on lines on which none of the stretches `drawn`, in order, meets it.
+    fn beside(&self, contact: &Event, drawn: &[[f64; 2]]) -> Vec<Event> {
+        let of_pair = OfPair { scene: self.scene, path: self.path, pair: contact.pair, stays_whole: false };
+        let (mut parts, mut from, end) = (Vec::new(), contact.first.place, contact.last.place);
+        // Line of the last stretch before the part.
+        let mut before = None;
+        let mut add = |from: f64, to: f64, lines: [Option<u32>; 2]| {
+            let is_other = |place: f64, line: Option<u32>| line != Some(of_pair.line(place));
+            // One line may be both that of the stretch before it and that of the one behind it.
+            if from < to && (is_other(from, lines[1]) && is_other(to, lines[0])) {
+                let (first, last) = (of_pair.extent(from), of_pair.extent(to));
+                let (block, nearest) = (self.path.block(first.line).to_owned(), first.clone());
+                let to_the_end = contact.to_the_end && to == end;
+                parts.push(Event {
+                    kind: Kind::Unresolved,
+                    block,
+                    first,
+                    last,
+                    nearest,
+                    to_the_end,
+                    ..contact.clone()
+                });
+            }
+        };
+        for &[begin, stop] in drawn.iter().filter(|[begin, stop]| *begin <= end && contact.first.place <= *stop) {
+            add(from, begin, [before, Some(of_pair.line(begin))]);
+            (from, before) = (from.max(stop.next_up()), Some(of_pair.line(stop)));
+        }
+        if before.is_none() {
+            return vec![Event { kind: Kind::Unresolved, ..contact.clone() }];
+        }
+        add(from, end, [before, None]);
+        parts
+    }
+
     /// Contact with what is left of a workpiece.
     fn of_stock(&self, contact: &StockContact) -> Event {
         let StockContact { pair, kind, from, to, depth, .. } = *contact;
@@ -164,23 +216,6 @@ impl Distances {
     fn nearness_below(&self, mm: f64) -> Nearness {
         1 + self.borders_mm.iter().take_while(|&&border| border < mm).count()
     }
-}
-
-/// Adds contact of what a spindle turns, of which it is not known whether it happens, where the parts as drawn do not collide.
-pub(super) fn add_turned(events: &mut Vec<Event>, turned: Vec<Event>) {
-    let is_told = |events: &[Event], contact: &Event| {
-        let is_same = |event: &&Event| event.kind.is_collision() && event.pair == contact.pair;
-        let meets = |event: &Event| event.first.place <= contact.last.place && contact.first.place <= event.last.place;
-        events.iter().filter(is_same).any(meets)
-    };
-    for contact in turned.into_iter().filter(|event| event.kind.is_collision()) {
-        if !is_told(events, &contact) {
-            events.push(Event { kind: Kind::Unresolved, ..contact });
-        }
-    }
-    events.sort_by(|a, b| {
-        a.first.place.total_cmp(&b.first.place).then_with(|| width(&b.kind).total_cmp(&width(&a.kind)))
-    });
 }
 
 fn width(kind: &Kind) -> f64 {

@@ -275,7 +275,7 @@ pub fn check(
     let mut end = path.samples().len();
     if stops {
         let mut known = writer.events(&scanned, &[], settings);
-        event::add_turned(&mut known, turned_writer.events(&turned_scanned, &[], settings));
+        writer.add_turned(&mut known, turned_writer.events(&turned_scanned, &[], settings));
         let first = known.iter().find(|event| event.kind.is_collision());
         end = first.map_or(end, |event| end.min(event.first.place.ceil() as usize));
     }
@@ -302,7 +302,7 @@ pub fn check(
     let (of_turned, contacts): (Vec<StockContact>, Vec<StockContact>) =
         met.iter().flat_map(|met| met.contacts.iter().copied()).partition(|contact| contact.is_turned);
     let mut events = writer.events(&scanned, &contacts, settings);
-    event::add_turned(&mut events, turned_writer.events(&turned_scanned, &of_turned, settings));
+    writer.add_turned(&mut events, turned_writer.events(&turned_scanned, &of_turned, settings));
     let mut over_travel = over_travel(scene, run, &path);
     if settings.stop_at_first
         && let Some(first) = events.iter().position(|event| event.kind.is_collision())

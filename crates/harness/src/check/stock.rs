@@ -729,7 +729,7 @@ impl<'a> Ledger<'a> {
     }
 
     /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
-    /// workpieces may be none ([`Met::join`]), and that of what a spindle turns is none where the parts as drawn collide meanwhile ([`super::event::add_turned`]).
+    /// workpieces may be none ([`Met::join`]), and that of what a spindle turns is not told on lines on which the parts as drawn collide meanwhile ([`super::event::EventWriter::add_turned`]).
     fn knows_first(&self, scene: &Scene, at: usize) -> bool {
         let is_of_two = |pair: Pair| [pair.a, pair.b].iter().all(|&part| scene.parts[part].role == Role::Workpiece);
         let contacts = self.met.contacts.iter().filter(|contact| !contact.is_turned && !is_of_two(contact.pair));

@@ -139,6 +139,35 @@ fn a_lug_of_a_holder_is_at_every_angle_beside_the_workpiece() {
     assert_eq!((told.is_clear(), told.as_drawn), (true, vec![]));
 }
 
+/// Its corners reach 12.65 mm from the axis at each turn, and as drawn it reaches 4 mm.
+#[test]
+fn what_turns_is_told_before_and_behind_where_the_drawing_collides() {
+    let text = [
+        HEAD,
+        &part("wall", "", "fixture", [-50.0, 0.0, 0.0], &cuboid([20.0, 100.0, 200.0])),
+        &part("holder", "head", "holder", [0.0, 0.0, 60.0], &cuboid([8.0, 24.0, 10.0])),
+        TIP,
+    ]
+    .concat();
+    let spans = |program: &str| -> Vec<(&'static str, u32, u32, bool)> {
+        let told = found(&text, program);
+        let span = |event: &Event| (event.kind.name(), event.first.line, event.last.line, event.to_the_end);
+        told.events.iter().map(span).collect()
+    };
+    let (turned, drawn) = ("unresolved", "collision");
+    let program = "M3 S1000\nG0 X-20\nG0 X-30\nG1 X-32 F500\nG1 X-37\nG1 X-31\nG1 X-29\nG0 X0\nM2";
+    let expected = [(turned, 3, 5, false), (drawn, 5, 6, false), (turned, 6, 8, false)];
+    assert_eq!(spans(program), expected);
+    // What is on the lines of the collision alone is told by it.
+    assert_eq!(spans("M3 S1000\nG0 X-37\nG0 X0\nM2"), [(drawn, 2, 3, false)]);
+    assert_eq!(spans("M3 S1000\nG0 X-37\nG0 X-30\nG4 P1\nG0 X-29\nM2"), [(drawn, 2, 3, false), (turned, 3, 5, true)]);
+    let twice = "M3 S1000\nG0 X-37\nG0 X-34\nG0 X-33\nG0 X-37\nG0 X0\nM2";
+    assert_eq!(spans(twice), [(drawn, 2, 3, false), (turned, 3, 5, false), (drawn, 5, 6, false)]);
+    let settings = Settings { stop_at_first: true, ..with_zones(&[]) };
+    let first = checked(&scene(&text, program), &settings).events;
+    assert_eq!((first.len(), first[0].first.line), (1, 3));
+}
+
 #[test]
 fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
     let along_x = |name: &str, role: &str, x: f64, shape: &str| {
