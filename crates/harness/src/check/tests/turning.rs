@@ -106,11 +106,13 @@ fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
         let holder = driven("holder", "holder", [30.0, 0.0, 80.0], holder);
         // As far from the cutter's axis as the holder, on the other side.
         let post = part("post", "", "fixture", [-35.0, 0.0, 25.0], &cuboid([10.0, 10.0, 50.0]));
-        [HEAD, &post, &cutter, &holder, NO_TIP].concat()
+        let other =
+            part("other", "head", "cutter", [200.0, 0.0, 40.0], &cylinder(5.0, 40.0)) + "tool = 2\nturns = \"own\"\n";
+        [HEAD, &post, &other, &cutter, &holder, NO_TIP].concat()
     };
     let program = "T1 M6\nM3 S1000\nG0 Z-60\nM2";
     assert_eq!(kinds(&found(&text(&cylinder(10.0, 30.0)), program)), []);
-    // One that is not round turns about the cutter's.
+    // One that is not round turns about the cutter's, and not about that of another tool.
     assert_eq!(kinds(&found(&text(&cuboid([20.0, 6.0, 30.0])), program)), [(3, "unresolved")]);
 }
 
@@ -166,6 +168,9 @@ fn what_turns_is_told_before_and_behind_where_the_drawing_collides() {
     let settings = Settings { stop_at_first: true, ..with_zones(&[]) };
     let first = checked(&scene(&text, program), &settings).events;
     assert_eq!((first.len(), first[0].first.line), (1, 3));
+    // As drawn it stays out of reach.
+    let told = found(&text, "M3 S1000\nG0 X-30\nM2");
+    assert!(told.decisions.len() == 1 && told.decisions[0].dropped.is_none(), "{:?}", told.decisions);
 }
 
 #[test]
@@ -457,6 +462,23 @@ fn an_arc_cuts_where_it_leads_and_not_along_its_chord() {
     for (arc, expected) in [("G2", vec![]), ("G3", vec![(7, "rapid-into-workpiece")])] {
         let program = format!("M3 S1000\nG18\nG0 X-10 Z-9\n{arc} X10 Z-9 R10 F500\nG0 Z0\nG0 X0\nG0 Z-18\nM2");
         assert_eq!(kinds(&found(&block_and_cutter(), &program)), expected, "{arc}");
+    }
+}
+
+#[test]
+fn the_first_collision_is_looked_for_in_every_workpiece() {
+    let text = [
+        HEAD,
+        &part("left", "", "workpiece", [-50.0, 0.0, 0.0], &cuboid([20.0, 20.0, 20.0])),
+        &part("right", "", "workpiece", [50.0, 0.0, 0.0], &cuboid([20.0, 20.0, 20.0])),
+        &part("cutter", "head", "cutter", [0.0, 0.0, 20.0], &cylinder(2.0, 20.0)),
+        NO_TIP,
+    ]
+    .concat();
+    let settings = Settings { stop_at_first: true, ..with_zones(&[]) };
+    let right = "M3 S1000\nG0 X50\nG0 Z-15\n";
+    for program in [format!("{right}M2"), format!("{right}G0 Z20\nG0 X-50\nG0 Z-15\nM2")] {
+        assert_eq!(kinds(&checked(&scene(&text, &program), &settings)), [(3, "rapid-into-workpiece")], "{program}");
     }
 }
 
