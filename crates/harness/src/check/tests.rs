@@ -146,6 +146,26 @@ fn parts_and_cutters_with_open_meshes_are_named() {
 }
 
 #[test]
+fn a_tool_in_use_needs_a_part_that_is_no_holder() {
+    let of_tool = |role: &str, tool: u32| {
+        let shape = "{ kind = \"cylinder\", radius_mm = 1, height_mm = 5 }";
+        format!(
+            "[[parts]]\nname = \"{role}-{tool}\"\nlink = \"head\"\nrole = \"{role}\"\ntool = {tool}\nshape = {shape}\n"
+        )
+    };
+    let text = CUBES.replacen("[program]", &format!("{}{}[program]", of_tool("cutter", 1), of_tool("holder", 2)), 1);
+    let missing = |program: &str| checked(&scene(&text, program), &with_zones(&[])).tools_without_parts;
+    for (program, tools) in [
+        ("T1 M6\nG1 Z90 F500\nM2", vec![]),
+        ("T1 M6\nT2 M6\nG1 Z90 F500\nM2", vec![2]),
+        ("G1 Z90 F500\nT1 M6\nG1 Z80\nM2", vec![0]),
+        ("G0 Z90\nT1 M6\nG1 Z80 F500\nM2", vec![]),
+    ] {
+        assert_eq!(missing(program), tools, "{program}");
+    }
+}
+
+#[test]
 fn in_a_workpiece_that_stays_whole_a_standing_cutter_is_told_on_each_line_on_which_it_feeds() {
     // Inside from place 80 on, the spindle off from 85 to 89. Contact that begins in a feed move is meant, and the rapid is a retreat.
     let program = "M3 S1000\nG1 Z15 F6000\nM5\nG1 X2\nG1 X4\nM3 S500\nG1 X6\nG0 Z60\nM2";
