@@ -449,7 +449,7 @@ impl Slab {
     /// Whether no wide run of sectors is empty.
     fn is_round(&self) -> bool {
         let mut empty = 0;
-        self.sectors.iter().cycle().take(SECTORS + MOST_EMPTY + 1).all(|&is_there| {
+        self.sectors.iter().cycle().take(SECTORS + MOST_EMPTY).all(|&is_there| {
             empty = if is_there { 0 } else { empty + 1 };
             empty <= MOST_EMPTY
         })
@@ -601,6 +601,17 @@ repeat = { kind = "around", count = 3 }"#,
             pieces.iter().for_each(|(x, normal)| slab.take_in(&piece(*x), normal));
             assert_eq!(slab.is_hollow, is_hollow, "{pieces:?}");
             assert_eq!(slab.radii[0], pieces.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min));
+        }
+    }
+
+    #[test]
+    fn a_wide_run_of_empty_sectors_is_found_wherever_it_begins() {
+        for first in 0..SECTORS {
+            let mut slab = Slab { sectors: [true; SECTORS], ..Slab::between(0.0, 1.0) };
+            (0..MOST_EMPTY).for_each(|k| slab.sectors[(first + k) % SECTORS] = false);
+            assert!(slab.is_round(), "{first}");
+            slab.sectors[(first + MOST_EMPTY) % SECTORS] = false;
+            assert!(!slab.is_round(), "{first}");
         }
     }
 

@@ -64,9 +64,11 @@ impl Blank {
     /// Which of the borders may run through a cell; of one that turns the only one has number 0.
     pub fn meeting(&self, borders: &[u32], cube: &Cube) -> Vec<u32> {
         match self {
-            Self::Mesh { triangles, .. } => {
-                borders.iter().filter(|&&index| may_meet(&triangles[index as usize], cube)).copied().collect()
-            }
+            Self::Mesh { triangles, .. } => borders
+                .iter()
+                .filter(|&&index| may_meet(&triangles[index as usize], &cube.centre, cube.half))
+                .copied()
+                .collect(),
             Self::Turned { .. } => {
                 let is_border = |_: &&u32| {
                     let Least { high, deep, .. } = self.least(&cube.centre, cube.half);
@@ -95,10 +97,64 @@ impl Blank {
     }
 }
 
-/// Whether a triangle may meet a cube: its box does, and its plane does.
-fn may_meet(triangle: &Triangle, cube: &Cube) -> bool {
+/// Whether a triangle may meet a cube: no axis parts them by more than rounding. Such axes are the cube's, the triangle's normal, and the products of
+/// their edges (T. Akenine-Möller 2001).
+fn may_meet(triangle: &Triangle, centre: &Point, half: f64) -> bool {
     let (low, high) = triangle.bounds();
-    let half = Vector::repeat(cube.half);
-    let in_box = (0..3).all(|k| low[k] <= cube.centre[k] + cube.half && high[k] >= cube.centre[k] - cube.half);
-    in_box && Plane::of(triangle).may_meet_box(&cube.centre, &half)
+    let in_box = (0..3).all(|k| low[k] <= centre[k] + half && high[k] >= centre[k] - half);
+    in_box
+        && Plane::of(triangle).may_meet_box(centre, &Vector::repeat(half))
+        && !is_parted_by_edges(triangle, centre, half)
+}
+
+fn is_parted_by_edges(triangle: &Triangle, centre: &Point, half: f64) -> bool {
+    let corners = triangle.corners.map(|corner| corner - centre);
+    let parts = |axis: Vector| {
+        let [p, q, r] = corners.map(|corner| corner.dot(&axis));
+        let reach = (half + ROUNDING_MM) * axis.abs().sum();
+        p.min(q).min(r) > reach || p.max(q).max(r) < -reach
+    };
+    let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
+    edges.iter().any(|edge| [Vector::x(), Vector::y(), Vector::z()].iter().any(|side| parts(edge.cross(side))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// What is left of a triangle in a cube, cut by one side after the other.
+    fn clipped(triangle: &Triangle, centre: &Point, half: f64) -> Vec<Point> {
+        let mut left = triangle.corners.to_vec();
+        for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+            let beyond = |p: &Point| sign * (p[axis] - centre[axis]) - half;
+            let mut next = Vec::new();
+            for (p, q) in left.iter().zip(left.iter().cycle().skip(1)) {
+                let (from, to) = (beyond(p), beyond(q));
+                if from <= 0.0 {
+                    next.push(*p);
+                }
+                if (from <= 0.0) != (to <= 0.0) {
+                    next.push(p + (q - p) * (from / (from - to)));
+                }
+            }
+            left = next;
+        }
+        left
+    }
+
+    proptest! {
+        #[test]
+        fn a_triangle_may_meet_a_cube_where_something_is_left_of_it_there(
+            corners in prop::array::uniform3(prop::array::uniform3(-10.0..10.0_f64)),
+            centre in prop::array::uniform3(-8.0..8.0_f64),
+            half in 0.1..4.0_f64,
+        ) {
+            let triangle = Triangle { corners: corners.map(Point::from) };
+            let centre = Point::from(centre);
+            let found = may_meet(&triangle, &centre, half);
+            prop_assert!(found || clipped(&triangle, &centre, half).is_empty());
+            prop_assert!(!found || !clipped(&triangle, &centre, half + 1e-6).is_empty());
+        }
+    }
 }

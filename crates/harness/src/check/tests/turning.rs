@@ -456,6 +456,18 @@ fn block_and_cutter() -> String {
     [HEAD, &block, &part("cutter", "head", "cutter", [0.0, 0.0, 20.0], &cylinder(2.0, 20.0)), NO_TIP].concat()
 }
 
+/// Its slanted face is two triangles, whose boxes fill the other half of the wedge's.
+#[test]
+fn beside_the_slanted_face_of_a_workpiece_there_is_no_stock() {
+    let wedge = "{ kind = \"extrude\", height_mm = 20, outline_mm = [[0, 0], [60, 0], [0, 60]] }";
+    for (y, expected) in [(50.0, vec![]), (12.5, vec![]), (8.0, vec![(3, "rapid-into-workpiece")])] {
+        let cutter = part("cutter", "head", "cutter", [0.0, y, 40.0], &cylinder(1.0, 20.0));
+        let text = [HEAD, &part("wedge", "", "workpiece", [0.0; 3], wedge), &cutter, NO_TIP].concat();
+        let told = found(&text, "M3 S1000\nG0 X50\nG0 Z-35\nM2");
+        assert_eq!((kinds(&told), told.touches.len()), (expected, 0), "{y}");
+    }
+}
+
 #[test]
 fn an_arc_cuts_where_it_leads_and_not_along_its_chord() {
     // Through the block down to 1 mm, or above it; the last rapid goes down to 2 mm.
