@@ -332,6 +332,10 @@ fn a_bar_in_two_pieces_is_named_where_something_else_may_carry_one() {
         let settings = Settings { cutting: Cutting::At(0.5), is_solid, ..with_zones(&[]) };
         let told = checked(&scene(&text, &format!("M3 S500\nG0 Z-40\nG1 X{x} F50\nG0 X0\nM2")), &settings);
         assert_eq!(told.remaining[0].is_parted, is_parted, "{is_solid} {link} {x}");
+        // A part of the machine that the spindle turns holds the bar as a fixture does.
+        let text = text.replace("role = \"fixture\"\n", "role = \"machine\"\nturns = \"spindle\"\n");
+        let told = checked(&scene(&text, &format!("M3 S500\nG0 Z-40\nG1 X{x} F50\nG0 X0\nM2")), &settings);
+        assert_eq!(told.remaining[0].is_parted, is_parted, "{is_solid} {link} {x}");
     }
 }
 
@@ -492,6 +496,8 @@ fn the_first_collision_is_looked_for_in_every_workpiece() {
     for program in [format!("{right}M2"), format!("{right}G0 Z20\nG0 X-50\nG0 Z-15\nM2")] {
         assert_eq!(kinds(&checked(&scene(&text, &program), &settings)), [(3, "rapid-into-workpiece")], "{program}");
     }
+    let told = found(&text, "M3 S1000\nG0 X-50\nG0 Z-15\nM2");
+    assert_eq!((kinds(&told), told.events[0].pair.other(2)), (vec![(3, "rapid-into-workpiece")], 0));
 }
 
 #[test]
@@ -689,6 +695,9 @@ fn a_chuck_turns_where_no_joint_says_so() {
     // A steady is on one side: it is named, unless the scene says that it turns.
     let steady = [0.0, 65.0, -20.0];
     let told = found(&without_spindle(steady, ""), program);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![1]));
+    // 4 mm beside the axis it is off balance.
+    let told = found(&without_spindle([0.0, 4.4, -20.0], ""), program);
     assert_eq!((told.is_clear(), told.as_drawn), (true, vec![1]));
     // Where it does, the insert is in its ring from the beginning.
     let told = found(&without_spindle(steady, "turns = \"spindle\"\n"), program);
