@@ -429,9 +429,36 @@ fn meshes_and_poses_are_tried_as_a_scene() {
         let links = folder.refused(&["try", "left.obj", "right.obj", "nobody.csv", "--out", "links"]);
         assert!(links.contains("there are left, right") && !folder.path("links-scene").exists(), "{links}");
     }
+    // A run that was killed while it copied goes on; its tables have headers whether they have rows or not.
+    folder.write("begun-scene/tool.obj.partial", "v 0 0");
+    folder.write("begun-scene/poses.csv", "part");
+    let begun = ["try", "a piece.obj", "tool.obj", "poses.csv", "--profile", "smoke", "--workload", "recorded"];
+    // A policy that is asked for twice counts once.
+    let twice = ["--variant", "obb-area", "--policy", "median", "--policy", "median", "--out", "begun", "--quiet"];
+    let output = folder.run(&[&begun[..], &twice].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for table in ["claims.csv", "program_times.csv"] {
+        assert!(read(&folder.path("begun").join(table)).starts_with(if table == "claims.csv" {
+            "claim,"
+        } else {
+            "scene,"
+        }));
+    }
     folder.write("other-scene/notes.txt", "somebody's own");
     let other = folder.refused(&["try", "a piece.obj", "tool.obj", "poses.csv", "--out", "other"]);
     assert!(other.contains("other-scene") && folder.path("other-scene/notes.txt").exists(), "{other}");
+}
+
+#[cfg(unix)]
+#[test]
+fn arguments_that_are_no_text_are_taken() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::with_scene();
+    let out = std::ffi::OsStr::from_bytes(b"out\xff");
+    let words = ["stage", "verify", "--profile", "smoke", "--scene", "scene", "--variant", "aabb", "--quiet", "--out"];
+    let output = folder.command(&words).arg(out).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(folder.path("").join(out).join("manifest.json").exists());
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn seven_merged_shards_are_the_run_byte_for_byte() {
     };
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     assert!(refused(&all[1..6]).contains("these are lacking: 1, 7"));
-    assert!(refused(&[&all[..], &all[2..3]].concat()).contains("in use"), "one folder named twice");
+    assert!(refused(&[&all[..], &all[2..3]].concat()).contains("is named twice"), "one folder named twice");
     copy(&folder.path("shard-3"), &folder.path("copy-of-3"));
     assert!(refused(&[&all[..], &["copy-of-3"]].concat()).contains("both hold shard 3"));
     assert!(refused(&["whole"]).contains("holds no shard"));

@@ -16,6 +16,11 @@ COLD = "program-time-cold"
 RANKING = ["recorded", "program", "approach", "random"]
 
 
+def rank(workload):
+    """Key of a workload in that order, others behind it by name."""
+    return RANKING.index(workload) if workload in RANKING else len(RANKING), workload
+
+
 class Derivation:
     """A study with what several tables share. `draws` is None where only points are wanted."""
 
@@ -379,7 +384,7 @@ def repay(derivation):
                 query = totals.mean() / derivation.programs(scene).poses.sum()
             else:
                 workloads = [w for w, stratum in study.cells(scene) if stratum == ALL and w != "control"]
-                workload = min(workloads, key=lambda w: (RANKING.index(w) if w in RANKING else len(RANKING), w))
+                workload = min(workloads, key=rank)
                 query = derivation.mean_time(scene, case, workload, ALL).value
             facts[case] = builds.groupby("part").ns.median().sum(), query
         if not facts:

@@ -3,6 +3,7 @@
 import math
 import re
 
+from derive import rank
 from study import ALL
 
 
@@ -32,7 +33,8 @@ def ranking(derivation, study, ratios):
     baseline = derivation.baselines[0]
     metric = workload = "program-time"
     if not any(key[3] == metric for key in ratios):
-        metric, workload = "time", min((key[1] for key in ratios if key[3] == "time" and key[1] != "control"), default=None)
+        metric, workloads = "time", {key[1] for key in ratios if key[3] == "time" and key[1] != "control"}
+        workload = min(workloads, key=rank, default=None)
     entries, is_ranked = [], False
     for variant, facts in study.variants.items():
         case = study.default(variant)

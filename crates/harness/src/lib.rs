@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! The modules are listed in reading order; a module imports only from modules above it. The first twelve are crates of their own.
+//! The modules are listed in reading order; a module imports only from modules above it. The first twelve are modules of bvbench-record and bvbench-scene.
 
 pub use bvbench_record::{analysis, plot, record, report};
 pub use bvbench_scene::{geometry, interference, machine, picture, scene, stock, truth, workload};

@@ -6,9 +6,10 @@ use crate::measure::shard::{Shard, merge};
 use crate::record::Manifest;
 use crate::record::manifest::Stage;
 use crate::registry::Registry;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -34,6 +35,11 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
+    let mut folders = BTreeSet::new();
+    for folder in options.shards.iter().chain([&options.out]) {
+        let is_new = folders.insert(folder.canonicalize().unwrap_or_else(|_| folder.clone()));
+        ensure!(is_new, "{} is named twice: each shard is a folder of its own, and so is --out", folder.display());
+    }
     if let Some(run) = merge(&options.shards, registry, &options.out, (options.fresh, options.gzip))? {
         return tell_run(&run, options);
     }

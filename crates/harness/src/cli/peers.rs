@@ -23,6 +23,7 @@ use anyhow::{Context, Result, ensure};
 use clap::{Args, Subcommand};
 use comfy_table::Table;
 use obbtree::engine::{Coherence, Simd};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -208,6 +209,13 @@ impl PoseOptions {
     ) -> impl Iterator<Item = Result<(&'a str, Vec<PosedMeshes>)>> {
         let of_scene = move |scene: &'a crate::scene::Scene| {
             let found = posed::questions(plan, scene, self.mode, self.poses, Some(cache), bar)?;
+            let folders: BTreeSet<PathBuf> =
+                found.iter().map(|posed| drive::pair_folder(&self.out, &scene.name, &posed.pair)).collect();
+            ensure!(
+                folders.len() == found.len(),
+                "{}: two pairs of parts would have one folder, as their names differ in signs alone: rename a part",
+                scene.name
+            );
             Ok((scene.name.as_str(), found))
         };
         let planted =

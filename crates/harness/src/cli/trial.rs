@@ -102,6 +102,16 @@ fn is_mesh(path: &str) -> bool {
 /// First line of a scene that was made here, which may be made again.
 const MADE: &str = "# Made by `bvbench try` from the files beside it.\n";
 
+/// Whether a folder is free for the files of a scene: one that is not there, one that was made here, or what a killed run has begun with these files.
+fn is_ours(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> bool {
+    if let Ok(text) = fs::read_to_string(folder.join("scene.toml")) {
+        return text.starts_with(MADE);
+    }
+    let Ok(entries) = fs::read_dir(folder) else { return !folder.exists() };
+    let is_begun = |name: &str| files.contains_key(name.strip_suffix(".partial").unwrap_or(name));
+    entries.flatten().all(|entry| entry.file_name().to_str().is_some_and(is_begun))
+}
+
 /// A scene of meshes and poses, to be written beside the folder of a run.
 struct MadeScene {
     folder: PathBuf,
@@ -124,12 +134,6 @@ impl MadeScene {
         };
         ensure!(meshes.len() >= 2, "two meshes at least are needed, and {} of the paths are", meshes.len());
         let folder = PathBuf::from(format!("{}-scene", run.display()));
-        let is_ours = fs::read_to_string(folder.join("scene.toml")).is_ok_and(|text| text.starts_with(MADE));
-        ensure!(
-            is_ours || !folder.exists(),
-            "{} exists and was not made by `bvbench try`; name another folder with --out",
-            folder.display()
-        );
         let bytes = |file: &str| rs274::file::bytes(Path::new(file), LARGEST_FILE);
         let read = |file: &str| bytes(file).with_context(|| format!("cannot read {file}"));
         let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::from([("poses.csv".to_owned(), read(poses)?)]);
@@ -146,6 +150,11 @@ impl MadeScene {
         }
         text += "\n[recorded]\nfile = \"poses.csv\"\n";
         files.insert("scene.toml".to_owned(), text.into_bytes());
+        ensure!(
+            is_ours(&folder, &files),
+            "{} exists and was not made by `bvbench try`; name another folder with --out",
+            folder.display()
+        );
         Ok(Self { folder, poses: (*poses).clone(), files })
     }
 

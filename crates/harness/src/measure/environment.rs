@@ -50,7 +50,7 @@ pub fn program() -> Program {
 fn running_program() -> Program {
     let (revision, dirty) = revision();
     // Only the program's name, not the folder it lies in: the record is for others.
-    let mut arguments = std::env::args();
+    let mut arguments = std::env::args_os().map(|argument| argument.to_string_lossy().into_owned());
     let name = arguments.next().unwrap_or_default();
     let name = std::path::Path::new(&name).file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let command = command_line(std::iter::once(name).chain(arguments));
@@ -58,7 +58,7 @@ fn running_program() -> Program {
     Program { hash, git_revision: revision, git_dirty: dirty, command, ..built() }
 }
 
-/// What a binary was built from, by its own account: two of equal identity differ in layout at most.
+/// What a binary was built from, by its own account: two of equal identity differ in layout at most, but for what a crate of somebody else's adds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// bvbench's version.

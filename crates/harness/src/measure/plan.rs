@@ -336,7 +336,13 @@ fn cases_of(variant: &Variant, asked: &[Policy]) -> Vec<Case> {
     let policies = match (variant.policy, asked) {
         (None, _) => vec![None],
         (Some(own), []) => vec![Some(own), Some(CONTROL_POLICY)],
-        (Some(_), asked) => asked.iter().copied().map(Some).collect(),
+        // One that is asked for twice counts once.
+        (Some(_), asked) => asked
+            .iter()
+            .enumerate()
+            .filter(|(at, policy)| !asked[..*at].contains(policy))
+            .map(|(_, policy)| Some(*policy))
+            .collect(),
     };
     let case = |policy| Case { variant: *variant, policy, id: variant.info.id.to_owned() };
     policies.into_iter().map(case).collect()

@@ -63,7 +63,7 @@ pub enum RecordError {
     },
     /// Raw rows are not those that were measured.
     #[error(
-        "{folder}: {files} changed since the run wrote them; make the run again, or pass --accept-changed-rows",
+        "{folder}: {files} changed or missing since the run wrote them; make the run again in another folder, or take what is there with --accept-changed-rows (of `stage analyze`, `stage report` and `stage compare`)",
         folder = folder.display()
     )]
     Changed {
@@ -205,10 +205,46 @@ fn csv_bytes<R: Row>(folder: &Path, rows: &[R]) -> Result<Vec<u8>, RecordError> 
     let path = folder.join(R::FILE);
     let csv_error = |source| RecordError::Csv { path: path.clone(), source };
     let mut writer = csv::Writer::from_writer(Vec::new());
+    if rows.is_empty() {
+        writer.write_record(columns::<R>()).map_err(csv_error)?;
+    }
     for row in rows {
         writer.serialize(row).map_err(csv_error)?;
     }
     writer.into_inner().map_err(|e| RecordError::io("write", &path)(e.into_error()))
+}
+
+/// The columns of a row type, by what it asks a deserializer for.
+fn columns<R: Row>() -> &'static [&'static str] {
+    struct Fields<'a>(&'a mut &'static [&'static str]);
+
+    impl<'de> serde::Deserializer<'de> for Fields<'_> {
+        type Error = serde::de::value::Error;
+
+        fn deserialize_struct<V: serde::de::Visitor<'de>>(
+            self,
+            _: &'static str,
+            fields: &'static [&'static str],
+            visitor: V,
+        ) -> Result<V::Value, Self::Error> {
+            *self.0 = fields;
+            self.deserialize_any(visitor)
+        }
+
+        fn deserialize_any<V: serde::de::Visitor<'de>>(self, _: V) -> Result<V::Value, Self::Error> {
+            Err(serde::de::Error::custom("there is no row"))
+        }
+
+        serde::forward_to_deserialize_any! {
+            bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct newtype_struct seq
+            tuple tuple_struct map enum identifier ignored_any
+        }
+    }
+
+    let mut fields: &[&str] = &[];
+    // Only its question is wanted: there is no row to give.
+    let _ = R::deserialize(Fields(&mut fields));
+    fields
 }
 
 /// Opens a file for reading, if it is one: a pipe would be waited for, a device has no end.

@@ -20,7 +20,7 @@ pub struct Rule {
     pub is_note: bool,
 }
 
-/// Every rule; [`rule_of`] finds an event's.
+/// Every rule; [`rule`] finds an event's.
 pub const RULES: [Rule; 11] = [
     Rule {
         id: "collision",

@@ -67,7 +67,7 @@ impl fmt::Display for MeshError {
             }
             Self::OutOfRange { vertex, x, y, z, limit } => write!(
                 f,
-                "vertex {vertex} at ({x}, {y}, {z}) is farther than {limit:?} from the origin on one axis; is the unit right?"
+                "vertex {vertex} at ({x:?}, {y:?}, {z:?}) is farther than {limit:?} from the origin on one axis; is the unit right?"
             ),
             Self::TooSmall { largest, limit } => write!(
                 f,
