@@ -83,55 +83,52 @@ impl<V: WideVolume> WideTree<V> {
     /// When the mesh has more than 2²⁸ triangles: slots are numbered in 32 bits.
     #[must_use]
     pub fn build(mesh: &GridMesh) -> Self {
-        V::build(mesh)
-    }
-}
-
-pub(super) fn tree<V: WideVolume>(mesh: &GridMesh) -> WideTree<V> {
-    assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
-    // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
-    let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
-    let triangles: Vec<Triangle> = faces.map(|&face| mesh.triangle(face)).collect();
-    let (low, high) = triangles
-        .par_chunks(PARALLEL)
-        .filter_map(triangle::bounds)
-        .reduce_with(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
-        .expect("a mesh has a triangle");
-    let middle = nalgebra::center(&low, &high);
-    let origin = middle.coords.map(|x| x as f32).into();
-    let mut root = Node::empty(origin);
-    root.count = 1;
-    let (nodes, (faces, triangles, vertices)) = if let [triangle] = &*triangles {
-        root.put(0, &around_one(triangle, origin));
-        root.slack = node_slack(&root);
-        (vec![root], in_order(mesh, vec![0]))
-    } else {
-        let numbered = triangles.par_iter().enumerate().with_min_len(PARALLEL);
-        let mut items: Vec<Item> = numbered.map(|(face, triangle)| Item::new(triangle, &middle, face as u32)).collect();
-        let frames = Frames::of(&items, V::TURNS);
-        let volume: V = around(&triangles, &items, &frames, origin);
-        root.put(0, &volume);
-        (root.inner, root.first_node) = (1, 1);
-        root.slack = node_slack(&root);
-        // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. Entered for the whole build it
-        // would cost page faults, since its threads give freed memory back: of 34 000 triangles 750 in the place of 90.
-        let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
-        let mut faces = Vec::with_capacity(triangles.len());
-        subtree.gather(&mut faces);
-        let nodes = || {
-            let mut nodes = Vec::with_capacity(2 + subtree.len());
-            nodes.extend([root, Node::empty(origin)]);
-            subtree.lay(1, &mut nodes, 0);
-            nodes
+        assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
+        // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
+        let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
+        let triangles: Vec<Triangle> = faces.map(|&face| mesh.triangle(face)).collect();
+        let (low, high) = triangles
+            .par_chunks(PARALLEL)
+            .filter_map(triangle::bounds)
+            .reduce_with(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
+            .expect("a mesh has a triangle");
+        let middle = nalgebra::center(&low, &high);
+        let origin = middle.coords.map(|x| x as f32).into();
+        let mut root = Node::empty(origin);
+        root.count = 1;
+        let (nodes, (faces, triangles, vertices)) = if let [triangle] = &*triangles {
+            root.put(0, &around_one(triangle, origin));
+            root.slack = node_slack(&root);
+            (vec![root], in_order(mesh, vec![0]))
+        } else {
+            let numbered = triangles.par_iter().enumerate().with_min_len(PARALLEL);
+            let mut items: Vec<Item> =
+                numbered.map(|(face, triangle)| Item::new(triangle, &middle, face as u32)).collect();
+            let frames = Frames::of(&items, V::TURNS);
+            let volume: V = around(&triangles, &items, &frames, origin);
+            root.put(0, &volume);
+            (root.inner, root.first_node) = (1, 1);
+            root.slack = node_slack(&root);
+            // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. Entered for the whole build it
+            // would cost page faults, since its threads give freed memory back: of 34 000 triangles 750 in the place of 90.
+            let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
+            let mut faces = Vec::with_capacity(triangles.len());
+            subtree.gather(&mut faces);
+            let nodes = || {
+                let mut nodes = Vec::with_capacity(2 + subtree.len());
+                nodes.extend([root, Node::empty(origin)]);
+                subtree.lay(1, &mut nodes, 0);
+                nodes
+            };
+            rayon::join(nodes, || in_order(mesh, faces))
         };
-        rayon::join(nodes, || in_order(mesh, faces))
-    };
-    let farthest = |from: &Point| vertices.iter().map(|v| (v - from).norm_squared()).fold(0.0, f64::max).sqrt();
-    let (reach, radius) = (farthest(&Point::origin()), farthest(&middle));
-    let ball = (middle, radius + BALL_PAD * (reach + radius));
-    let mut tree = WideTree { nodes, triangles, vertices, faces, ball, reach: reach * (1.0 + BALL_PAD), around: None };
-    tree.around = Around::of(&tree);
-    tree
+        let farthest = |from: &Point| vertices.iter().map(|v| (v - from).norm_squared()).fold(0.0, f64::max).sqrt();
+        let (reach, radius) = (farthest(&Point::origin()), farthest(&middle));
+        let ball = (middle, radius + BALL_PAD * (reach + radius));
+        let mut tree = Self { nodes, triangles, vertices, faces, ball, reach: reach * (1.0 + BALL_PAD), around: None };
+        tree.around = Around::of(&tree);
+        tree
+    }
 }
 
 /// Face numbers in tree order, the triangles as places in their vertices, and these as they come.

@@ -27,17 +27,9 @@ pub fn distance_mm<V: WideVolume>(
     below_mm: f64,
     proximity: &mut Proximity,
 ) -> f64 {
-    if below_mm <= 0.0 { f64::INFINITY } else { V::distance_mm((a, b), a_from_b, simd, below_mm, proximity) }
-}
-
-/// [`distance_mm`] below a distance that is not 0.
-pub(super) fn search<V: WideVolume>(
-    (a, b): (&WideTree<V>, &WideTree<V>),
-    a_from_b: &Isometry,
-    simd: Simd,
-    below_mm: f64,
-    proximity: &mut Proximity,
-) -> f64 {
+    if below_mm <= 0.0 {
+        return f64::INFINITY;
+    }
     let posed = Posed::new(a, b, a_from_b);
     let mut search =
         Search { posed, proximity, least: below_mm, batch: Batch::default(), may_touch: 0, measured: 0, slab: None };

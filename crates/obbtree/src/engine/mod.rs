@@ -9,7 +9,7 @@
 //! to exact predicates ([`geometry::exact`]), so that every verdict is exact.
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
-//! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], `compiled`, [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
+//! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
 //! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure`, `slab` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
@@ -18,7 +18,6 @@ pub mod ball;
 pub mod boxes;
 mod buckets;
 pub mod build;
-mod compiled;
 pub mod distance;
 mod front;
 pub mod geometry;

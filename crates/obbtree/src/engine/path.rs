@@ -181,17 +181,6 @@ impl Memory {
         simd: Simd,
         coherence: Coherence,
     ) -> bool {
-        V::first_along(self, (a, b), a_from_b, simd, coherence)
-    }
-
-    /// [`Memory::first`], compiled by [`super::compiled`].
-    pub(super) fn first_along<V: WideVolume>(
-        &mut self,
-        (a, b): (&WideTree<V>, &WideTree<V>),
-        a_from_b: &Isometry,
-        simd: Simd,
-        coherence: Coherence,
-    ) -> bool {
         // What is kept of a pose is right for quaternions of length 1.
         let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
         let a_from_b = unit.as_ref().unwrap_or(a_from_b);

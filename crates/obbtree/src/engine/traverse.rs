@@ -58,7 +58,6 @@ impl Tally {
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
 /// Contacts are rare beside what it takes to find them: one compiled search serves all who call.
-#[inline]
 pub(crate) fn traverse<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
@@ -66,22 +65,11 @@ pub(crate) fn traverse<V: WideVolume>(
     scratch: &mut Scratch,
     on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
 ) {
-    if balls_apart_mm(a, b, a_from_b) > 0.0 {
-        scratch.tally = Tally::BALLS;
+    scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
+        Tally::BALLS
     } else {
-        V::traverse((a, b), a_from_b, simd, scratch, on_contact);
-    }
-}
-
-/// [`traverse`] where the balls around the meshes meet.
-pub(super) fn traverse_within<V: WideVolume>(
-    (a, b): (&WideTree<V>, &WideTree<V>),
-    a_from_b: &Isometry,
-    simd: Simd,
-    scratch: &mut Scratch,
-    on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
-) {
-    scratch.tally = search::<V, false>(Posed::new(a, b, a_from_b), simd, scratch, on_contact, u32::MAX);
+        search::<V, false>(Posed::new(a, b, a_from_b), simd, scratch, on_contact, u32::MAX)
+    };
 }
 
 fn search<V: WideVolume, const KEEPS: bool>(

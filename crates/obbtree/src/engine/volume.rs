@@ -1,14 +1,13 @@
 //! The trait of volumes that have lanes, of which trees are made.
 //!
 //! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`] and name it in a `mod` line of
-//! the engine's `mod.rs` and in the last line of `compiled`. Building, traversal, distance, coherence and checks come with the tree.
+//! the engine's `mod.rs`. Building, traversal, distance, coherence and checks come with the tree.
 //!
 //! What a volume promises. In real numbers it contains the triangles it was fitted to. Where a gap that its relation computes is more than
 //! u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), the contents are apart, with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
 //! and B the reaches; the proof stands in its file. The slack that the tree takes off (`slack_of`) is that, and what the pose
 //! needs ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
 
-use super::compiled::Compiled;
 use super::lanes::{FOUR, Lanes};
 use super::node::WIDTH;
 use super::plain::Plain;
@@ -26,7 +25,7 @@ const PER_DISTANCE: f32 = 43.0;
 const PER_REACH: f32 = 54.0;
 
 /// A volume of which eight stand side by side, in `f32`, mm, relative to the origin of the node that holds them.
-pub trait WideVolume: Compiled + Copy + Debug + Send + Sync + 'static {
+pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
     /// Whether it may be turned: whether [`WideVolume::fit`] wants other axes than the mesh's.
     const TURNS: bool;
     /// Eight of them: a row for each of their numbers.
