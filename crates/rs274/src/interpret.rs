@@ -372,7 +372,7 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Notes that words, which are no lengths, lack a decimal point, as those of lengths are noted.
+    /// Notes which of these words lack a decimal point. Words of lengths are noted without being asked for.
     pub(super) fn note_missing_points(&mut self, values: &Values, letters: &str) {
         for letter in letters.chars().filter(|&letter| values.lacks_point(letter)) {
             self.note(lacks_point_note(letter));

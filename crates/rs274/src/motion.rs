@@ -19,7 +19,7 @@ const ONE_AXIS_BEHIND_TURN: &str = "the first place behind G68 or G69 names one 
 const SCALED_ROTARY: &str = "A, B and C are taken as written while G51 is on; Haas's controls scale them, too";
 
 /// Note on a step behind T of a lathe.
-const STEP_BEHIND_T: &str = "a step (U, W) behind a T with another offset: it is taken to be as long as its number, the offset shifting the coordinates; a control that moves by geometry offsets (Fanuc's parameter 5002#4, LGT, at 1), and one with wear offsets, goes further by the change";
+const STEP_BEHIND_T: &str = "a step (U, W) behind a T with another offset is taken to be as long as written, as the offset shifts the coordinates; where the control moves by the offset instead (wear, or Fanuc's parameter 5002#4, LGT, at 1), it goes further by the change";
 
 impl Interpreter<'_> {
     /// G20 and G21.

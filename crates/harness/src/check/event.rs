@@ -171,10 +171,10 @@ impl EventWriter<'_> {
         let (mut parts, mut from, end) = (Vec::new(), contact.first.place, contact.last.place);
         // Line of the last stretch before the part.
         let mut before = None;
+        // `lines` are those on which the stretch before the part ends and the one behind it begins.
         let mut add = |from: f64, to: f64, lines: [Option<u32>; 2]| {
             let is_other = |place: f64, line: Option<u32>| line != Some(of_pair.line(place));
-            // One line may be both that of the stretch before it and that of the one behind it.
-            if from < to && (is_other(from, lines[1]) && is_other(to, lines[0])) {
+            if from < to && is_other(from, lines[1]) && is_other(to, lines[0]) {
                 let (first, last) = (of_pair.extent(from), of_pair.extent(to));
                 let (block, nearest) = (self.path.block(first.line).to_owned(), first.clone());
                 let to_the_end = contact.to_the_end && to == end;

@@ -107,6 +107,7 @@ fn may_meet(triangle: &Triangle, centre: &Point, half: f64) -> bool {
         && !is_parted_by_edges(triangle, centre, half)
 }
 
+/// Whether the product of an edge of each parts the two.
 fn is_parted_by_edges(triangle: &Triangle, centre: &Point, half: f64) -> bool {
     let corners = triangle.corners.map(|corner| corner - centre);
     let parts = |axis: Vector| {
@@ -123,7 +124,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// What is left of a triangle in a cube, cut by one side after the other.
+    /// Corners of the part of a triangle that lies in a cube; none where it lies outside.
     fn clipped(triangle: &Triangle, centre: &Point, half: f64) -> Vec<Point> {
         let mut left = triangle.corners.to_vec();
         for (axis, sign) in (0..3).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
