@@ -15,6 +15,17 @@ macro_rules! operator {
     };
 }
 
+/// Methods of a register that are one instruction each; for the rows as well.
+macro_rules! methods {
+    ($($method:ident($($other:ident),*) $intrinsic:ident;)*) => {$(
+        #[inline(always)]
+        fn $method(self $(, $other: Self)*) -> Self {
+            // SAFETY: see the module.
+            Self(unsafe { $intrinsic(self.0 $(, $other.0)*) })
+        }
+    )*};
+}
+
 mod row;
 
 use super::{Add, Coordinate, DOUBLES, Div, DoubleLanes, FOUR, Lanes, Machine, Mul, Sub, WIDTH, Work};
@@ -139,35 +150,13 @@ impl Lanes for Single16 {
             [lane(0), lane(1), lane(2), lane(3)]
         }
     }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_fnmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_abs_ps(self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_sqrt_ps(self.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_max_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm512_min_ps(self.0, other.0) })
+    methods! {
+        mul_add(factor, term) _mm512_fmadd_ps;
+        neg_mul_add(factor, term) _mm512_fnmadd_ps;
+        abs() _mm512_abs_ps;
+        sqrt() _mm512_sqrt_ps;
+        max(other) _mm512_max_ps;
+        min(other) _mm512_min_ps;
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {
@@ -204,35 +193,17 @@ impl Lanes for Single8 {
             [lane(0), lane(1), lane(2), lane(3)]
         }
     }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_fnmadd_ps(self.0, factor.0, term.0) })
+    methods! {
+        mul_add(factor, term) _mm256_fmadd_ps;
+        neg_mul_add(factor, term) _mm256_fnmadd_ps;
+        sqrt() _mm256_sqrt_ps;
+        max(other) _mm256_max_ps;
+        min(other) _mm256_min_ps;
     }
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_sqrt_ps(self.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_max_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_min_ps(self.0, other.0) })
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u32 {
@@ -267,25 +238,15 @@ impl DoubleLanes for Double4 {
         unsafe { _mm256_storeu_pd(stored.as_mut_ptr(), self.0) };
         stored
     }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_min_pd(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_max_pd(self.0, other.0) })
+    methods! {
+        min(other) _mm256_min_pd;
+        max(other) _mm256_max_pd;
+        sqrt() _mm256_sqrt_pd;
     }
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: see the module.
-        Self(unsafe { _mm256_sqrt_pd(self.0) })
     }
     #[inline(always)]
     fn exceeds(self, other: Self) -> u8 {

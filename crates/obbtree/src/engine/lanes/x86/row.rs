@@ -49,20 +49,10 @@ macro_rules! row {
         fn each(self) -> [Self; FOUR] {
             each!(self.0, $permute)
         }
-        #[inline(always)]
-        fn mul_add(self, factor: Self, term: Self) -> Self {
-            // SAFETY: see the module.
-            Self(unsafe { $mul_add(self.0, factor.0, term.0) })
-        }
-        #[inline(always)]
-        fn neg_mul_add(self, factor: Self, term: Self) -> Self {
-            // SAFETY: see the module.
-            Self(unsafe { $neg_mul_add(self.0, factor.0, term.0) })
-        }
-        #[inline(always)]
-        fn sqrt(self) -> Self {
-            // SAFETY: see the module.
-            Self(unsafe { $sqrt(self.0) })
+        methods! {
+            mul_add(factor, term) $mul_add;
+            neg_mul_add(factor, term) $neg_mul_add;
+            sqrt() $sqrt;
         }
         #[inline(always)]
         fn widen(self) -> $wide {
