@@ -318,7 +318,8 @@ fn word(cursor: &mut Cursor, letter: char) -> Result<Word, Fault> {
             Cause::Expected("N and O at the start of the line"),
         ));
     }
-    if !matches!(letter, 'a'..='m' | 'p'..='z') && !is_sign(letter) {
+    let is_known = matches!(letter, 'a'..='m' | 'p'..='z') || is_sign(letter) && !cursor.dialect.is_fanuc_like();
+    if !is_known {
         return Err(Fault::new(column, letter.to_ascii_uppercase(), Cause::UnknownLetter));
     }
     let value = Expression::value(cursor)?;

@@ -194,6 +194,7 @@ impl Interpreter<'_> {
         let name = match system {
             1..=5 => format!("G{}", 54 + system),
             6..SYSTEMS => format!("G59.{}", system - 5),
+            _ if self.setup.dialect == Dialect::Haas => format!("G154P{}", system - SYSTEMS + 1),
             _ => format!("G54.1P{}", system - SYSTEMS + 1),
         };
         self.note_unknown(format!(

@@ -375,13 +375,13 @@ impl<'a> Interpreter<'a> {
     /// Notes which of these words lack a decimal point. Words of lengths are noted without being asked for.
     pub(super) fn note_missing_points(&mut self, values: &Values, letters: &str) {
         for letter in letters.chars().filter(|&letter| values.lacks_point(letter)) {
-            self.note(lacks_point_note(letter));
+            self.note_unknown(lacks_point_note(letter));
         }
     }
 
     /// Notes what the reader should know of words that have turned out to be lengths.
     fn note_lengths(&mut self, values: &Values) {
-        values.late_notes().for_each(|note| self.note(note));
+        values.late_notes().for_each(|note| self.note_unknown(note));
         if !self.knows_units && values.has_length() {
             self.knows_units = true;
             self.note(NO_UNITS_CODE.to_owned());
@@ -401,7 +401,7 @@ impl<'a> Interpreter<'a> {
         at: usize,
     ) -> Result<Next, Fault> {
         let values = Values::of(block, &self.parameters, self.setup, self.modes.inches)?;
-        values.notes().for_each(|note| self.note(note.to_owned()));
+        values.notes().for_each(|(note, is_unknown)| self.add_note(note.to_owned(), is_unknown));
         self.assign(block)?;
         let says_something = !block.words.is_empty() || (block.sequence.is_some() && block.assignments.is_empty());
         self.nc_blocks += usize::from(says_something && values.code(Group::Subprogram).is_none());
@@ -855,9 +855,10 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    /// Notes that a tool was selected and never put into the spindle.
+    /// Notes that a tool was selected and none is ever put into the spindle. Behind a change it is one that is got ready.
     fn note_unchanged_tool(&mut self) {
-        if let Some(tool) = self.waiting_tool.take().filter(|&tool| tool != self.tool) {
+        let changes = self.moves.iter().any(|step| matches!(step.kind, MoveKind::ToolChange { .. }));
+        if let Some(tool) = self.waiting_tool.take().filter(|&tool| tool != self.tool && !changes) {
             self.note(format!(
                 "T{tool} selects a tool that no M6 changes to; on Fanuc's and Haas's lathes T0101 does both (dialect `fanuc`)"
             ));

@@ -84,6 +84,8 @@ impl Interpreter<'_> {
             }
             own::THREAD_CUT => {
                 self.refuse_still_spindle(values)?;
+                // The angle at which a thread of several starts begins.
+                values.drop_word('q');
                 self.rapid_to(place(target[X] + taper, start[Z]))?;
                 self.synchronous_to(target, self.modes.feed)?;
                 self.rapid_to(place(start[X], target[Z]))?;
@@ -188,6 +190,8 @@ impl Interpreter<'_> {
         };
         let height = needed(height, "P or K, the height of the thread,")?;
         let first = self.take_count(values, 'd').or_else(|| self.take_count(values, 'q'));
+        // Beside D it is the angle at which a thread of several starts begins.
+        values.drop_word('q');
         let first = needed(first, "Q or D, the first depth of cut,")?;
         let taper = self.take_length(values, 'r').or_else(|| self.take_length(values, 'i')).unwrap_or(0.0);
         values.drop_word('a');

@@ -4,7 +4,7 @@
 
 use super::block::{Block, Word};
 use super::canonical::Plane;
-use super::dialect::{CodeName, Meaning, fanuc_g, fanuc_m, own};
+use super::dialect::{CodeName, Dialect, Meaning, fanuc_g, fanuc_m, own};
 use super::error::{Cause, Fault};
 use super::oword::SECOND_ARGUMENTS;
 use super::parameters::Parameters;
@@ -171,8 +171,8 @@ pub(super) struct Values {
     codes: [Option<Code>; GROUPS],
     /// Words taken as lengths, by slot.
     lengths: Cell<u32>,
-    /// What the reader should know of the block.
-    notes: Vec<String>,
+    /// What the reader should know of the block, and whether the machine may do something else than the moves show.
+    notes: Vec<(String, bool)>,
     /// Words that may be left over, by slot: a skipped code's.
     spare: u32,
 }
@@ -201,7 +201,7 @@ impl Values {
             used: Cell::new(0),
             lengths: Cell::new(0),
             codes: Default::default(),
-            notes: block.notes.iter().map(|&note| note.to_owned()).collect(),
+            notes: block.notes.iter().map(|&note| (note.to_owned(), false)).collect(),
             spare: 0,
         };
         let mut skips_words = false;
@@ -226,13 +226,13 @@ impl Values {
                 }
                 let lacks_point = setup.dialect.is_fanuc_like() && word.lacks_point && number != 0.0;
                 if lacks_point && "xyzabcuvw".contains(word.letter) {
-                    values.notes.push(lacks_point_note(word.letter));
+                    values.notes.push((lacks_point_note(word.letter), true));
                 }
                 *entry = Some(Value { number, lacks_point, column: word.column, text: word.text.clone() });
                 continue;
             }
             if let Some(name) = ignored(word.letter, number, setup) {
-                values.notes.push(format!("{name} is ignored, as asked"));
+                values.notes.push((format!("{name} is ignored, as asked"), may_move(word.letter, number, setup)));
                 skips_words |= word.letter == 'g';
                 values.spare |= !slots(AXES);
                 continue;
@@ -242,7 +242,7 @@ impl Values {
                 Meaning::Nothing => continue,
                 Meaning::Noted => {
                     let name = CodeName::new(word.letter, whole(number * 10.0).unwrap_or_default());
-                    values.notes.push(noted(name));
+                    values.notes.extend(noted(name, setup.dialect).map(|note| (note, false)));
                     values.spare |= slots(words_of_noted(name));
                     if owns_axis_words(name) {
                         owner = Some(name);
@@ -305,7 +305,7 @@ impl Values {
         for letter in AXES.chars().chain("ijk".chars()) {
             self.letters[slot(letter)] = None;
         }
-        self.notes.push(format!("axis words beside {owner} are taken to move no axis"));
+        self.notes.push((format!("axis words beside {owner} are taken to move no axis"), false));
         Ok(())
     }
 
@@ -416,8 +416,8 @@ impl Values {
     }
 
     /// What the reader should know of the block.
-    pub fn notes(&self) -> impl Iterator<Item = &str> {
-        self.notes.iter().map(String::as_str)
+    pub fn notes(&self) -> impl Iterator<Item = (&str, bool)> {
+        self.notes.iter().map(|(text, is_unknown)| (text.as_str(), *is_unknown))
     }
 
     /// Notes that a word is a length, if it is there and not 0.
@@ -495,9 +495,29 @@ fn slots(letters: &str) -> u32 {
     letters.chars().fold(0, |slots, letter| slots | 1 << slot(letter))
 }
 
-/// The note on a code that moves no axis. M13 and M14 start the spindle on many machines, the others driven tools and sub spindles.
-fn noted(name: CodeName) -> String {
-    let more = match name.to_string().as_str() {
+/// Whether an ignored code may move axes: any G code but those that are known to move none, and the M codes that are performed.
+fn may_move(letter: char, number: f64, setup: &Setup) -> bool {
+    match meaning(letter, number, setup) {
+        Meaning::Noted | Meaning::Nothing => false,
+        Meaning::Code(..) => true,
+        Meaning::Common | Meaning::Unknown => letter == 'g',
+    }
+}
+
+/// The note on a code that moves no axis; none on one of which everybody knows it. M13 and M14 start the spindle on many machines, the others driven tools and sub spindles.
+fn noted(name: CodeName, dialect: Dialect) -> Option<String> {
+    let name = name.to_string();
+    // Look-ahead, smoothing, rigid tapping; on Haas's controls clamps of axes, chips, air and coolant as well.
+    let is_known = match dialect {
+        Dialect::Haas => {
+            matches!(name.as_str(), "G103" | "G187" | "M10" | "M11" | "M31" | "M33" | "M83" | "M84" | "M88" | "M89")
+        }
+        _ => matches!(name.as_str(), "G5.1" | "G8" | "M29"),
+    };
+    if is_known {
+        return None;
+    }
+    let more = match name.as_str() {
         "M13" | "M14" | "M133" | "M134" | "M143" | "M144" => {
             format!(
                 " and not to start the spindle; `user_codes = {{ {name} = \"spindle-on\" }}` of a scene says that it does"
@@ -505,7 +525,7 @@ fn noted(name: CodeName) -> String {
         }
         _ => String::new(),
     };
-    format!("{name} is taken to move no axis{more}")
+    Some(format!("{name} is taken to move no axis{more}"))
 }
 
 /// Letters of the words that a code which moves no axis may have, axes apart.

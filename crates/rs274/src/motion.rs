@@ -525,6 +525,10 @@ impl Interpreter<'_> {
             return from_radius(start, end, radius * scale, clockwise, turns).map_err(fault);
         }
         let given = letters.map(|letter| self.take_length(values, letter));
+        if self.setup.dialect == Dialect::Grbl {
+            // It takes a word of the third axis and does nothing with it.
+            ['i', 'j', 'k'].into_iter().for_each(|letter| values.drop_word(letter));
+        }
         let mut centre = [0.0; 9];
         (centre[first], centre[second]) = (given[0].unwrap_or(0.0), given[1].unwrap_or(0.0));
         if self.modes.arc_centre_absolute {

@@ -42,8 +42,13 @@ impl Interpreter<'_> {
     /// G33: a straight move whose feed is K per revolution; G33.1 goes back the same way, I times as fast, at least as fast as in.
     pub(super) fn thread_move(&mut self, values: &Values, returns: bool) -> Result<(), Fault> {
         let fault = |cause| self.fault_at(values, Group::Motion, cause);
-        // On Fanuc's lathes the pitch is F.
-        let pitch = if self.setup.is_fanuc_lathe() { Some(self.modes.feed) } else { self.take_length(values, 'k') };
+        let pitch = if self.setup.is_fanuc_lathe() {
+            // The pitch is F, and Q the angle at which a thread of several starts begins.
+            values.drop_word('q');
+            Some(self.modes.feed)
+        } else {
+            self.take_length(values, 'k')
+        };
         let pitch = pitch.ok_or_else(|| fault(Cause::Missing("K, the pitch,")))?;
         if pitch.abs() < LEAST_PITCH_MM {
             return Err(values.fault('k', Cause::Range("K, the pitch,", "at least 1e-6 mm")));

@@ -1041,7 +1041,10 @@ fn words_without_a_decimal_point_are_told_or_counted() {
     {
         assert!(told(source).contains(&format!("line 2: {letter} has no decimal point")), "{source}: {}", told(source));
     }
-    assert_eq!(told("G81X1.Z-1.R1.F100K2\nG5.1Q1"), "line 3: G5.1 is taken to move no axis");
+    assert_eq!(told("G81X1.Z-1.R1.F100K2\nG5.1Q1\nM27"), "line 4: M27 is taken to move no axis");
+    // The machine may go elsewhere.
+    let unknown = unknown("G0X0Y0Z5.\nX10Y2.\nG1Y0F100.\nM30", &fanuc());
+    assert!(unknown.starts_with("X has no decimal point") && unknown.lines().count() == 1, "{unknown}");
     // Fanuc counts pecks in thousandths; a variable and Haas's do not.
     let pecks =
         |source: &str, setup: &Setup| run(source, setup).moves.iter().filter(|m| m.kind == MoveKind::Feed).count();
@@ -1430,4 +1433,58 @@ fn haass_pecks_may_shrink() {
     assert_refused("G0Z5.\nG83X1.Z-10.R0.I4.K2.F100.\nM30", &haas(), "2:1", "J or K of I, J and K is missing");
     assert_refused("G0Z5.\nG83X1.Z-10.R0.I1.J1.K2.F100.\nM30", &haas(), "2:15", "I, J and K must be");
     assert_refused("G0Z5.\nG83X1.Z-10.R0.I4.J1.K2.Q1.F100.\nM30", &haas(), "2:24", "no code of this block");
+}
+
+#[test]
+fn grbl_takes_a_centre_of_the_third_axis() {
+    let grbl = Setup { dialect: Dialect::Grbl, ..Setup::default() };
+    let program = run("G90 G21\nG0 X10 Y0\nG2 X-10 Y0 I-10 J0 K0.000 F100\nM30", &grbl);
+    assert!(matches!(program.moves[1].kind, MoveKind::Arc { .. }));
+    assert!(refused("G2 X-10 Y0 I-5 J0 K0 F100\nM2", &Setup::default()).contains("K0"));
+}
+
+#[test]
+fn starts_of_threads_move_nothing_else() {
+    for setup in [lathe(), Setup { dialect: Dialect::Haas, ..lathe() }] {
+        for code in ["G92X18.Z-20.F2.", "G32Z-20.F2.", "G76X17.Z-20.D0.3K1.F2."] {
+            if setup.dialect == Dialect::Fanuc && code.starts_with("G76") {
+                continue;
+            }
+            let ends = |q: &str| run(&format!("S500M3\nG0X22.Z2.\n{code}{q}\nM30"), &setup).moves;
+            assert_eq!(ends("Q180000"), ends(""), "{code}");
+        }
+    }
+}
+
+#[test]
+fn signs_of_linuxcnc_are_no_words_elsewhere() {
+    for setup in [fanuc(), haas()] {
+        assert!(refused("G0@714\nM30", &setup).contains('@'));
+    }
+}
+
+#[test]
+fn a_tool_that_is_got_ready_behind_a_change_is_no_fault() {
+    for setup in [fanuc(), haas()] {
+        assert_eq!(notes("T1M6\nT2\nG0X1.\nM30", &setup), "");
+        assert!(notes("T2\nG0X1.\nM30", &setup).contains("T2 selects a tool that no M6 changes to"));
+    }
+}
+
+#[test]
+fn ignored_codes_that_may_move_axes_are_told() {
+    let told = |source: &str, code: &str| {
+        let setup = Setup { ignored: [code.parse().unwrap()].into(), ..haas() };
+        unknown(&format!("G0X1.\n{source}\nM30"), &setup)
+    };
+    for (source, code, expected) in [
+        ("G65P9810Z-5.", "G65", true),
+        ("M98P1", "M98", true),
+        ("G150", "G150", true),
+        ("G187P1", "G187", false),
+        ("M31", "M31", false),
+        ("M200", "M200", false),
+    ] {
+        assert_eq!(!told(source, code).is_empty(), expected, "{code}");
+    }
 }
