@@ -8,11 +8,12 @@
 //! A section at the distance y from the plane passes ρ = √((x + X)² + y²), with X the place of the cutter. Seen from the cutter, at ρ - X, its x is a concave function
 //! of that, and grows with X: a tangent at the greatest X bounds it from above, and the greatest difference of the two, at the least X, from below.
 //!
-//! The widening, of each half plane a ρ + b z <= c of the hull. Take x from the axis. Points with x >= 0 are looked for at (ρ, z), all others at (-ρ, z). As ρ >= |x|, the
-//! former need no widening where a < 0, and the latter none where a >= 0. For the rest let r = √(max(x, 0)² + y²) where a >= 0, and √(min(x, 0)² + y²) where a < 0. It is ρ for the
+//! The widening, of each half plane a ρ + b z <= c of the hull. Take x from the axis. Points with x >= 0 are looked for at (ρ, z), all others at (-ρ, z), each in a hull of
+//! their own. As ρ >= |x|, the former need no widening where a <= 0, and the latter none where a >= 0. For the rest let r = √(max(±x, 0)² + y²). It is ρ for the
 //! points in question, and has a value for all. As the norm of convex functions that are nowhere negative, max(±x, 0) and |y|, r is convex in the point and X together. So is
 //! the excess, in which r has the factor |a|. So no point in question is farther beyond than some corner, and along a way in x the chord between both ends bounds it.
-//! Where a < 0 a second half plane is widened by |a| times the greatest |y|, which ρ - |x| does not exceed.
+//! Of a part on both sides of the axis, a second half plane is widened by |a| times the greatest |y|, which ρ - |x| does not exceed, and each hull ends at the least and greatest z of what is
+//! ever on its side.
 //!
 //! If no point is nearer to the plane of the axis than h > 0, none has ρ < h. So a place at ρ < h is outside by h - ρ at least, and any other is at most ρ - h deep.
 
@@ -39,6 +40,8 @@ pub(super) struct Turned {
     beside_it: Vec<(f64, Vec<Outline>)>,
     /// The hull of the cutter's outline.
     hull: Option<Convex>,
+    /// The corners of the same.
+    outline: Outline,
     /// Half the least extent of the outline along the normals of its sides, mm.
     deepest: f64,
     /// Corners of the cutter's hull: what widens a plane is convex in the point, so that all others widen it less.
@@ -57,8 +60,8 @@ type Outline = Vec<[f64; 2]>;
 pub(super) struct Shift {
     pub start: [f64; 2],
     pub travel: [f64; 2],
-    /// The hull, widened by what is beside the plane.
-    hull: Option<Widened>,
+    /// The hull, widened by what is beside the plane, for what is on either side of the axis: 1 or -1.
+    hulls: Vec<(f64, Widened)>,
     /// What the sections beside the plane pass for sure.
     beside_it: Arc<Vec<Convex>>,
 }
@@ -119,7 +122,7 @@ impl Turned {
             Some(Hull::Solid(solid)) => solid.vertices,
             _ => vertices,
         };
-        Self { section, beside_it, hull, deepest, corners, beside, hole }
+        Self { section, beside_it, hull, outline, deepest, corners, beside, hole }
     }
 
     /// The same without a section.
@@ -140,45 +143,50 @@ impl Turned {
     /// A way from `start` to `start + travel`.
     pub fn shift(&self, start: [f64; 2], travel: [f64; 2]) -> Shift {
         let ways = [start[0], start[0] + travel[0]];
-        let hull = self.hull.as_ref().map(|hull| self.widened(hull, ways));
         let range = [ways[0].min(ways[1]), ways[0].max(ways[1])];
+        let hulls = self.hull.iter().flat_map(|hull| self.widened(hull, ways, range)).collect();
         let passed = |(y, pieces): &(f64, Vec<Outline>)| {
             pieces.iter().filter_map(|piece| passed(piece, *y, range)).collect::<Vec<_>>()
         };
-        Shift { start, travel, hull, beside_it: Arc::new(self.beside_it.iter().flat_map(passed).collect()) }
+        Shift { start, travel, hulls, beside_it: Arc::new(self.beside_it.iter().flat_map(passed).collect()) }
     }
 
-    /// The hull with all points of the cutter in it, on the way from one `x` to another: beside the plane ρ exceeds x the more, the nearer the axis is.
-    fn widened(&self, hull: &Convex, ways: [f64; 2]) -> Widened {
-        let crosses = self.corners.iter().any(|v| v.x + ways[0].min(ways[1]) < 0.0);
-        let by = |HalfPlane { a, b, c }: &HalfPlane| {
-            let beyond = |side: f64| {
-                ways.map(|x| {
+    /// For each side of the axis on which some of the cutter is, the hull with all of that in it, on the way from one `x` to another: beside the plane ρ exceeds x the more, the
+    /// nearer the axis is.
+    fn widened(&self, hull: &Convex, ways: [f64; 2], [least, most]: [f64; 2]) -> Vec<(f64, Widened)> {
+        let heights = [(1.0, -most), (-1.0, -least)].map(|(side, x)| (side, heights_beyond(&self.outline, x, side)));
+        let crosses = heights.iter().all(|(_, heights)| heights.is_some());
+        let of_side = |(side, heights): (f64, Option<[f64; 2]>)| {
+            let [low, high] = heights?;
+            let by = |&HalfPlane { a, b, c }: &HalfPlane| {
+                let beyond = |x: f64| {
                     let of = |v: &Point| a * (side * (side * (v.x + x)).max(0.0).hypot(v.y) - x) + b * v.z - c;
                     self.corners.iter().map(of).fold(0.0, f64::max)
-                })
+                };
+                match side * a > 0.0 {
+                    true if crosses => vec![ways.map(beyond), [a.abs() * self.beside; 2]],
+                    true => vec![ways.map(beyond)],
+                    false => vec![[0.0; 2]],
+                }
             };
-            match (*a >= 0.0, crosses) {
-                (true, _) => vec![beyond(1.0)],
-                (false, true) => vec![beyond(-1.0), [-a * self.beside; 2]],
-                (false, false) => vec![[0.0; 2]],
-            }
+            let ends = [(1.0, high), (-1.0, -low)].map(|(b, c)| (HalfPlane { a: 0.0, b, c }, 0.0));
+            let widened = |plane: &HalfPlane| {
+                let HalfPlane { a, b, c } = *plane;
+                by(plane).into_iter().map(move |[first, last]| (HalfPlane { a, b, c: c + first }, last - first))
+            };
+            let ends = ends.into_iter().filter(|_| crosses);
+            let (planes, growth) = hull.planes.iter().flat_map(widened).chain(ends).unzip();
+            Some((side, Widened { convex: Convex { planes }, growth }))
         };
-        let widened = |plane: &HalfPlane| {
-            let HalfPlane { a, b, c } = *plane;
-            by(plane).into_iter().map(move |[first, last]| (HalfPlane { a, b, c: c + first }, last - first))
-        };
-        let (planes, growth) = hull.planes.iter().flat_map(widened).unzip();
-        Widened { convex: Convex { planes }, growth }
+        heights.into_iter().filter_map(of_side).collect()
     }
 
     /// Linear functions of (ρ, 0, z) below the excess, one for each side of the axis: values at a point, and gradients. They leave the hole out.
     pub fn tangents(&self, rho: f64, z: f64, shift: &Shift) -> impl Iterator<Item = (f64, Vector)> {
-        let of = move |(hull, side): (&Widened, f64)| {
+        shift.hulls.iter().map(move |(side, hull)| {
             let OnLine { low, normal: [a, b], .. } = hull.least(shift.seen(side * rho, z), shift.travel);
             (low, Vector::new(side * a, 0.0, b))
-        };
-        shift.hull.iter().flat_map(|hull| [(hull, 1.0), (hull, -1.0)]).map(of)
+        })
     }
 
     /// The piece of a section that comes nearest to a point (ρ, z), or holds it the deepest, and where on the way it does, 0 to 1.
@@ -197,7 +205,7 @@ impl Turned {
     pub fn least(&self, rho: f64, z: f64, shift: &Shift, [across, along]: [f64; 2]) -> Least {
         let of = |piece: &Convex, side: f64| OnLine::least(piece, shift.seen(side * rho, z), shift.travel);
         let mut found = Least { low: f64::INFINITY, high: f64::INFINITY, deep: f64::INFINITY };
-        for (hull, side) in shift.hull.iter().flat_map(|hull| [(hull, 1.0), (hull, -1.0)]) {
+        for (side, hull) in &shift.hulls {
             let OnLine { low, normal: [a, b], .. } = hull.least(shift.seen(side * rho, z), shift.travel);
             let spread = a.abs() * across + b.abs() * along;
             (found.low, found.deep) = (found.low.min(low), found.deep.min(low - spread));
@@ -217,8 +225,8 @@ impl Shift {
     /// The part of the way from one part to another, 0 to 1.
     pub fn part(&self, from: f64, to: f64) -> Self {
         let (start, travel) = (self.at(from), self.travel.map(|d| d * (to - from)));
-        let hull = self.hull.as_ref().map(|hull| hull.part(from, to));
-        Self { start, travel, hull, beside_it: Arc::clone(&self.beside_it) }
+        let hulls = self.hulls.iter().map(|(side, hull)| (*side, hull.part(from, to))).collect();
+        Self { start, travel, hulls, beside_it: Arc::clone(&self.beside_it) }
     }
 
     /// Where the section is at a part of the way.
@@ -243,6 +251,18 @@ impl Widened {
     fn least(&self, q: [f64; 2], travel: [f64; 2]) -> OnLine {
         OnLine::of(&self.convex.planes.iter().zip(self.growth.iter().copied()), q, travel)
     }
+}
+
+/// The least and the greatest z of an outline on a side of x; `None` where nothing of it is there.
+fn heights_beyond(outline: &[[f64; 2]], x: f64, side: f64) -> Option<[f64; 2]> {
+    let above = |corner: &[f64; 2]| side * (corner[0] - x);
+    let next = outline.iter().cycle().skip(1);
+    let met = outline.iter().zip(next).filter(|(p, q)| above(p) * above(q) < 0.0);
+    let met = met.map(|(p, q)| p[1] + (q[1] - p[1]) * (above(p) / (above(p) - above(q))));
+    let there = outline.iter().filter(|corner| above(corner) >= 0.0).map(|corner| corner[1]);
+    there
+        .chain(met)
+        .fold(None, |ends: Option<[f64; 2]>, z| Some(ends.map_or([z, z], |[low, high]| [low.min(z), high.max(z)])))
 }
 
 /// What a section beside the plane passes for sure, y from it, its place X in a range: in (ρ - X, z).
@@ -465,6 +485,34 @@ mod tests {
             let found = turned.least(rho, 0.0, &shift, [0.0; 2]);
             assert!((found.low - (rho - greatest)).abs() < 0.01, "{rho}: {found:?}");
         }
+    }
+
+    #[test]
+    fn what_is_all_on_one_side_of_the_axis_is_as_far_from_it_on_the_other() {
+        // From x = -8 to 0 about its place: between 60 and 70 mm behind the axis.
+        let turned = cuboid([-4.0, 0.0, 0.0]);
+        let shift = turned.shift([-62.0, 0.0], [2.0, 0.0]);
+        for (rho, expected) in [(20.0, 40.0), (59.0, 1.0), (72.0, 1.9)] {
+            let found = turned.least(rho, 0.0, &shift, [0.0; 2]);
+            assert!((found.low - expected).abs() < 0.1, "{rho}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn an_edge_that_leans_towards_the_face_cuts_no_deeper_past_the_axis() {
+        // A box leaning by 5 degrees, its lower edge the lower the farther out, whose corner is 0.8 mm past the axis: at the axis nothing is below that edge there.
+        let shape: Shape = toml::from_str("kind = \"rounded-box\"\nsize_mm = [12, 8, 10]").unwrap();
+        let mesh = shape.mesh(&Tessellation::default()).unwrap();
+        let leaning = UnitQuaternion::from_euler_angles(0.0, 5_f64.to_radians(), 0.0);
+        let corner = leaning * Vector::new(-6.0, 0.0, 0.0);
+        let turned = Turned::new(&mesh, &Isometry::from_parts((-corner).into(), leaning), true);
+        let shift = turned.shift([-0.8, 0.0], [0.0, 2.0]);
+        let at_axis = -0.8 * 5_f64.to_radians().tan();
+        for below in [0.05, 0.5] {
+            let found = turned.least(0.0, at_axis - below, &shift, [0.0; 2]);
+            assert!(found.low >= 0.9 * below, "{below}: {found:?}");
+        }
+        assert!(turned.least(0.0, at_axis + 0.05, &shift, [0.0; 2]).high < 0.0);
     }
 
     proptest! {
