@@ -22,7 +22,7 @@ use crate::measure::{Progress, timer};
 use crate::record::file::write_text;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{Decision, Dropped};
-use crate::scene::{Part, ProgramRun, Scene};
+use crate::scene::{Part, ProgramRun, Role, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
@@ -254,7 +254,8 @@ impl<'a> Prepared<'a> {
         let variant = method(options.method.as_deref(), registry)?;
         let mut settings = settings(options)?;
         let target = options.stock.target()?;
-        let (load_ns, loaded) = timer::time(|| options.subject.load());
+        // What is not examined is part of the answer.
+        let (load_ns, loaded) = timer::time(|| options.subject.load_and_note(|note| !note.is_unknown));
         let (scene, run) = loaded?;
         settings.clearances = options.clearance.read(&scene)?;
         let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
@@ -344,7 +345,7 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         "{}, read as {}: {} in {} of program time",
         run.file.display(),
         run.setup.dialect,
-        found(collisions.len(), outcome),
+        found(&collisions, outcome),
         clock(outcome.duration_s),
     ));
     let kept = outcome.decisions.iter().filter(|decision| decision.dropped.is_none()).count();
@@ -369,30 +370,27 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
 }
 
 /// The answer in a few words.
-fn found(collisions: usize, outcome: &Outcome) -> String {
-    let over_travel = outcome.over_travel.len();
+fn found(collisions: &[&Event], outcome: &Outcome) -> String {
+    let unresolved = collisions.iter().filter(|event| event.kind == Kind::Unresolved).count();
+    let counted = [
+        (collisions.len() - unresolved, "collision", "collisions"),
+        (unresolved, "contact that is not excluded", "contacts that are not excluded"),
+        (outcome.over_travel.len(), "axis beyond its limits", "times an axis beyond its limits"),
+    ];
+    let counted = counted.into_iter().filter(|(count, ..)| *count > 0);
+    let counted: Vec<String> =
+        counted.map(|(count, one, many)| format!("{count} {}", if count == 1 { one } else { many })).collect();
     let deepest = outcome.touches.iter().map(|touch| touch.at_most_mm).fold(0.0, f64::max);
-    let over = match over_travel {
-        0 => String::new(),
-        1 => "1 axis beyond its limits".to_owned(),
-        n => format!("{n} times an axis beyond its limits"),
-    };
-    match (collisions, over_travel) {
-        (0, 0) if !outcome.tools_without_parts.is_empty() => {
-            "nothing collides that has a part, and a tool has none (see below)".to_owned()
-        }
-        (0, 0) if deepest > 0.0 => {
-            format!("nothing collides, but for what may touch the stock by at most {deepest:.3} mm (see below)")
-        }
-        (0, 0) if outcome.stays_whole => {
-            "nothing collides, but rapids through the workpiece are not examined (see below)".to_owned()
-        }
-        (0, 0) => "nothing collides".to_owned(),
-        (0, _) => over,
-        (1, 0) => "1 collision".to_owned(),
-        (n, 0) => format!("{n} collisions"),
-        (1, _) => format!("1 collision, {over}"),
-        (n, _) => format!("{n} collisions, {over}"),
+    if !counted.is_empty() {
+        counted.join(", ")
+    } else if !outcome.tools_without_parts.is_empty() {
+        "nothing collides that has a part, and a tool has none (see below)".to_owned()
+    } else if deepest > 0.0 {
+        format!("nothing collides, but for what may touch the stock by at most {deepest:.3} mm (see below)")
+    } else if outcome.stays_whole {
+        "nothing collides, but rapids through the workpiece are not examined (see below)".to_owned()
+    } else {
+        "nothing collides".to_owned()
     }
 }
 
@@ -446,6 +444,9 @@ fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         }),
         (&outcome.as_drawn, |name, part| {
             let why = match part.turns {
+                None if part.role == Role::Workpiece => {
+                    "a link that the spindle turns, with axis C, says about which axis it does"
+                }
                 None => "`turns` of the part says what turns it",
                 Some(_) => "about which axis it turns is not known",
             };

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use rs274::file::{LARGEST_PROGRAM, text};
 use rs274::{
-    Axis, CodeName, Dialect, Move, MoveKind, Position, Program, Setup, Tool, Units, canonical, read_parameter_file,
+    Axis, CodeName, Dialect, Move, MoveKind, Note, Position, Setup, Tool, Units, canonical, read_parameter_file,
     read_tool_table,
 };
 use serde_json::{Map, Value, json};
@@ -95,10 +95,8 @@ impl Reading {
 }
 
 /// Prints what the reader of a program should know.
-pub(super) fn print_notes(program: &Program) {
-    for told in &program.notes {
-        note(format!("note: {told}"));
-    }
+pub(super) fn print_notes<'a>(notes: impl IntoIterator<Item = &'a Note>) {
+    notes.into_iter().for_each(|told| note(format!("note: {told}")));
 }
 
 /// A tool table in LinuxCNC's form.
@@ -122,7 +120,7 @@ pub fn run(options: &Options) -> Result<u8> {
     let file = &options.program;
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
     let program = rs274::interpret(&program, file, &setup)?;
-    print_notes(&program);
+    print_notes(&program.notes);
     if options.json {
         // One by one: as values, all moves of a long program would not fit the memory.
         say("[");

@@ -7,7 +7,7 @@ use crate::scene::set_up::SetUp;
 use crate::scene::{Overrides, ProgramRun, Scene, SceneError, StockSpec, ToolEntry};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use rs274::Axis;
+use rs274::{Axis, Note};
 use std::path::{Path, PathBuf};
 
 /// Examples for the help of every verb that takes a [`Subject`].
@@ -104,8 +104,13 @@ impl Subject {
         refuse_output(option, file, &self.scene, inputs)
     }
 
-    /// The scene, and the program asked for; else the scene's own, if it has one.
+    /// The scene, and the program asked for; else the scene's own, if it has one. Prints the notes on it.
     pub fn load(&self) -> Result<(Scene, Option<ProgramRun>)> {
+        self.load_and_note(|_| true)
+    }
+
+    /// The same; of the notes on the program it prints those that `counts` wants.
+    pub fn load_and_note(&self, counts: fn(&Note) -> bool) -> Result<(Scene, Option<ProgramRun>)> {
         let mut job = self.job.set_up()?;
         let is_changed =
             self.reading.is_given() || !self.offsets.is_empty() || self.tool_table.is_some() || !job.is_empty();
@@ -141,7 +146,7 @@ impl Subject {
                 run.note_moved_zero();
             }
             scene.files.extend(run.called_files());
-            print_notes(&run.program);
+            print_notes(run.program.notes.iter().filter(|note| counts(note)));
             for told in scene.tool_notes(&run.program.tools).iter().filter(|told| !of_tools.contains(told)) {
                 note(format!("note: {told} (the program sets it)"));
             }
