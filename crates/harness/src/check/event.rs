@@ -335,22 +335,15 @@ impl OfPair<'_> {
         }
     }
 
-    /// The parts of a contact in such moves, one for each line.
+    /// The parts of a contact in such moves, one for each sample.
     fn parts_of(&self, contact: &Stretch, is_such: &dyn Fn(&Move) -> bool) -> Vec<Stretch> {
-        let mut parts: Vec<Stretch> = Vec::new();
-        for place in contact.from.floor() as usize..contact.to.ceil() as usize {
+        let of_sample = |place: usize| {
             // A whole place belongs to the move that leads to it.
-            let begin = (place as f64).next_up();
-            let (from, to) = (contact.from.max(begin), contact.to.min(place as f64 + 1.0));
-            if !is_such(self.path.step(to)) {
-                continue;
-            }
-            match parts.last_mut() {
-                Some(last) if last.to.next_up() >= from && self.line(last.to) == self.line(to) => last.to = to,
-                _ => parts.push(Stretch { from, to, least_at: to, ..*contact }),
-            }
-        }
-        parts
+            let (begin, end) = ((place as f64).next_up(), place as f64 + 1.0);
+            let (from, to) = (contact.from.max(begin), contact.to.min(end));
+            is_such(self.path.step(to)).then_some(Stretch { from, to, least_at: to, ..*contact })
+        };
+        (contact.from.floor() as usize..contact.to.ceil() as usize).filter_map(of_sample).collect()
     }
 
     fn line(&self, place: f64) -> u32 {

@@ -31,7 +31,7 @@ use crate::method::Model;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
-use crate::stock::{Finished, StockError, Surface};
+use crate::stock::{Body as Cutter, Finished, StockError, Surface};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, Move, MoveKind};
@@ -361,14 +361,15 @@ impl<'a> Examined<'a> {
         if pairs.is_empty() && decisions.iter().filter_map(|d| d.dropped.as_ref()).all(pairs::Dropped::is_for_ever) {
             return Err(CheckError::NoPairs(scene.name.clone()));
         }
-        let (cutting, turned): (Vec<Pair>, Vec<Pair>) =
+        let (cutting, mut turned): (Vec<Pair>, Vec<Pair>) =
             turned_pairs(spun, reach, settings).into_iter().partition(|&pair| scene.is_cutting(pair));
         let of_stock: Vec<Pair> =
-            pairs.iter().copied().chain(cutting.into_iter().filter(|pair| !pairs.contains(pair))).collect();
+            pairs.iter().chain(cutting.iter().filter(|pair| !pairs.contains(pair))).copied().collect();
         let (workpieces, uncut) = Workpiece::all(scene, path, &of_stock, (spun, &turned), settings)?;
         // A cutter is held against the stock alone; whatever else touches the uncut workpiece, is held against what is left of it.
         let is_stock = |pair: Pair| workpieces.iter().any(|workpiece| workpiece.has(pair));
         let pairs: Vec<Pair> = pairs.into_iter().filter(|&pair| !(scene.is_cutting(pair) && is_stock(pair))).collect();
+        turned.extend(cutting.into_iter().filter(|&pair| !is_stock(pair)));
         let of_stock: Vec<Pair> = pairs.iter().chain(&turned).copied().filter(|&pair| is_stock(pair)).collect();
         // Out of reach as drawn, a pair may be within reach at another angle: it is examined then.
         let is_turned: BTreeSet<Pair> = turned.iter().copied().collect();
@@ -556,11 +557,10 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
-    /// Cutters in which nothing is as deep as a finished workpiece may be.
+    /// Cutters of which some part is so thin that nothing in it is as deep as a finished workpiece may be.
     fn thin_cutters(&self) -> Vec<usize> {
-        let is_thin = |gouge: &Gouge| gouge.finished.most_mm() <= gouge.allowed_mm;
         let cutter = |(pair, gouge): (&Pair, &Gouge)| if gouge.workpiece_first { pair.b } else { pair.a };
-        let thin: BTreeSet<usize> = self.gouges.iter().filter(|(_, gouge)| is_thin(gouge)).map(cutter).collect();
+        let thin: BTreeSet<usize> = self.gouges.iter().filter(|(_, gouge)| gouge.is_thin).map(cutter).collect();
         thin.into_iter().collect()
     }
 
@@ -583,6 +583,8 @@ struct Gouge {
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
     allowed_mm: f64,
+    /// Whether nothing is deeper than that in some part of the cutter.
+    is_thin: bool,
 }
 
 impl Gouge {
@@ -592,8 +594,10 @@ impl Gouge {
         let workpiece_first = scene.is_cutting(pair).then(|| scene.parts[pair.a].role == Role::Workpiece)?;
         let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
         let surface = surfaces.entry(workpiece).or_insert_with(|| Surface::of(&scene.parts[workpiece].mesh));
-        let finished = Finished::new(surface.clone(), &scene.parts[cutter].mesh);
-        Some(Self { finished, workpiece_first, allowed_mm })
+        let mesh = &scene.parts[cutter].mesh;
+        let finished = Finished::new(surface.clone(), mesh);
+        let is_thin = Cutter::turning(mesh, 0.0).deepest_mm(allowed_mm) <= allowed_mm;
+        Some(Self { finished, workpiece_first, allowed_mm, is_thin })
     }
 
     /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.

@@ -213,9 +213,10 @@ impl<'a> Scan<'a> {
         let least = 0.5 * (here.distance + there.distance - travel);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
             // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks
-            // among them. A rapid may not even touch.
-            let is_outside = here.nearness > 0 && here.distance > gouge.allowed_mm;
-            return is_outside && self.path.sample_at(there.place).rapid && least <= gouge.allowed_mm - DIP_MM;
+            // among them. A rapid may not even touch, and where it begins in what it touches, it may not go deeper than that.
+            let touches = gouge.allowed_mm - DIP_MM;
+            let limit = if here.distance > touches { touches } else { 0.0 };
+            return here.nearness > 0 && self.path.sample_at(there.place).rapid && least <= limit;
         }
         match here.nearness {
             // In contact, or inside, at both ends: it can only come apart, and what parts by less than the samples show is

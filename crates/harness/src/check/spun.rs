@@ -20,11 +20,16 @@ use std::sync::Arc;
 const RINGS: usize = 96;
 /// Sides of a ring.
 const SIDES: usize = 64;
-/// A part is round where there is something this near to its greatest radius, of that, all around: 20 sides and more are.
-const NEARLY: f64 = 0.99;
-/// Sectors in which that is looked for, and most of them side by side that may be without: teeth and slots that leave more are not round.
+/// Sine of the angle by which a face of a round part may lean around the axis: prisms with 20 sides and more are round.
+const LEANING: f64 = 0.165;
+/// Area of faces that lean more and make no part unround, of the square of its greatest radius: slivers, and what hardly stands out.
+const LITTLE: f64 = 1e-4;
+/// Corners nearer to the axis than this, of the greatest radius, do not say where around it they are.
+const MIDDLE: f64 = 0.01;
+/// Sectors in which something nearly as far out as anything, of the greatest radius, is looked for, and by how many of them teeth may be off.
 const SECTORS: usize = 360;
-const MOST_EMPTY: usize = 10;
+const NEARLY: f64 = 0.99;
+const OFF: usize = 5;
 /// What a spindle turns is balanced: the middle of its surface is this near to the axis, as a part of its greatest radius.
 const OFF_BALANCE: f64 = 0.05;
 /// Nearer than this, mm, is the same.
@@ -95,8 +100,10 @@ impl Spun {
                 continue;
             };
             spun.axes[number] = part.role.is_of_tool().then_some(axis_from_part);
-            let Some(slabs) = slabs(&part.mesh, &axis_from_part) else { continue };
-            match rings(&slabs, &axis_from_part) {
+            if is_round_about(&part.mesh, &axis_from_part) {
+                continue;
+            }
+            match rings(&slabs(&part.mesh, &axis_from_part), &axis_from_part) {
                 Some(mesh) => {
                     spun.scene.parts[number].mesh = Arc::new(mesh);
                     spun.is_turned[number] = true;
@@ -229,7 +236,7 @@ impl WorkSpindles {
                 return Some(TurnedBy::new(body, Some(axis_from_part)));
             }
             // It may be a chuck, or a steady that stands.
-            return slabs(&part.mesh, &axis_from_part).map(|_| unknown);
+            return (!is_round_about(&part.mesh, &axis_from_part)).then_some(unknown);
         }
         (is_said || !is_round(&part.mesh)).then_some(unknown)
     }
@@ -248,7 +255,21 @@ fn holds_driven(scene: &Scene, path: &Path<'_>, number: usize) -> bool {
 
 /// Whether a mesh is round about its own axis.
 fn is_round(mesh: &Mesh) -> bool {
-    slabs(mesh, &Revolved::around(mesh).tool_from_mesh).is_none()
+    is_round_about(mesh, &Revolved::around(mesh).tool_from_mesh)
+}
+
+/// Whether a mesh is the same at every angle, in its hollows as well: hardly any of its faces lean around the axis.
+fn is_round_about(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
+    let places: Vec<Point> = mesh.vertices().iter().map(|vertex| axis_from_part * vertex).collect();
+    let radius = places.iter().map(|p| p.x.hypot(p.y)).fold(0.0, f64::max);
+    let leaning = |face: &[u32; 3]| {
+        let corners = face.map(|corner| places[corner as usize]);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let outside = corners.iter().filter(|p| p.x.hypot(p.y) > MIDDLE * radius);
+        let around = outside.map(|p| (normal.y * p.x - normal.x * p.y).abs() / p.x.hypot(p.y)).fold(0.0, f64::max);
+        if around > LEANING * normal.norm() { 0.5 * around } else { 0.0 }
+    };
+    mesh.faces().iter().map(leaning).sum::<f64>() <= LITTLE * radius * radius
 }
 
 /// Whether no joint is between a part and a workpiece's axis.
@@ -279,9 +300,10 @@ fn is_balanced(scene: &Scene, axis: &WorkAxis, parts: &[usize]) -> bool {
     moment.x.hypot(moment.y) <= OFF_BALANCE * reach * area
 }
 
-/// Whether a mesh is round about the axis of its body of revolution, or nearly fills that body.
+/// Whether a mesh shows that it turns about the axis of its body of revolution: it is round about it, or it repeats itself around it and nearly fills that body.
 fn is_about(mesh: &Mesh, body: &Revolved) -> bool {
-    body.filled >= ROUND || slabs(mesh, &body.tool_from_mesh).is_none()
+    let axis = &body.tool_from_mesh;
+    is_round_about(mesh, axis) || body.filled >= ROUND && repeat(&slabs(mesh, axis))
 }
 
 /// What turns a part of a mill. Parts of the tool turn, about the spindle's axis where they are fixed to the spindle.
@@ -294,8 +316,12 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
             line_to_z(&tip.gauge, &tip.direction) * tool_from_link * part.link_from_part
         });
     match (part.turns, spindle) {
-        (None, None) if !part.role.is_of_tool() || is_about(&part.mesh, &Revolved::around(&part.mesh)) => None,
-        (_, None) => Some(TurnedBy::new(body(part.link), None)),
+        (None, None) if !part.role.is_of_tool() || is_round(&part.mesh) => None,
+        (_, None) => {
+            let own = Revolved::around(&part.mesh);
+            let is_its_own = part.role.is_of_tool() && is_about(&part.mesh, &own);
+            Some(TurnedBy::new(body(part.link), is_its_own.then_some(own.tool_from_mesh)))
+        }
         (turns, Some(axis)) => {
             let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
             Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), Some(axis)) })
@@ -326,7 +352,7 @@ fn driven(scene: &Scene, number: usize) -> TurnedBy {
 /// The axis of a mesh that is longer than thick and repeats itself around it, as a fluted drill does.
 fn fluted_axis(mesh: &Mesh) -> Option<Isometry> {
     let own = Revolved::around(mesh);
-    let is_fluted = is_long(&own) && slabs(mesh, &own.tool_from_mesh).is_some_and(|slabs| repeat(&slabs));
+    let is_fluted = is_long(&own) && repeat(&slabs(mesh, &own.tool_from_mesh));
     is_fluted.then_some(own.tool_from_mesh)
 }
 
@@ -366,7 +392,7 @@ fn passes(point: &Point, along: &Vector, radius: f64, [low, high]: [f64; 2]) -> 
 }
 
 /// The slice of a mesh between two heights.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Slab {
     low: f64,
     high: f64,
@@ -378,8 +404,8 @@ struct Slab {
     sectors: [bool; SECTORS],
 }
 
-/// The mesh between heights; `None` where it is round.
-fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Option<Vec<Slab>> {
+/// The mesh between heights.
+fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Vec<Slab> {
     let places: Vec<Point> = mesh.vertices().iter().map(|vertex| axis_from_part * vertex).collect();
     let mut slabs: Vec<Slab> = heights(&places).windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
     let mut pieces = Vec::new();
@@ -399,7 +425,7 @@ fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Option<Vec<Slab>> {
         slabs[index].fill_sectors(&piece);
     }
     slabs.retain(|slab| slab.radii[0] <= slab.radii[1]);
-    (!slabs.iter().all(Slab::is_round)).then_some(slabs)
+    slabs
 }
 
 /// The heights of vertices, or where they are many, as many at equal distances; lowest first.
@@ -445,22 +471,12 @@ impl Slab {
             }
         }
     }
-
-    /// Whether no wide run of sectors is empty.
-    fn is_round(&self) -> bool {
-        let mut empty = 0;
-        self.sectors.iter().cycle().take(SECTORS + MOST_EMPTY).all(|&is_there| {
-            empty = if is_there { 0 } else { empty + 1 };
-            empty <= MOST_EMPTY
-        })
-    }
 }
 
 /// Whether the outermost points at every height come back to themselves after a half, third, fifth or seventh of a turn.
 fn repeat(slabs: &[Slab]) -> bool {
-    let is_near = |slab: &Slab, sector: usize| {
-        (0..=MOST_EMPTY).any(|k| slab.sectors[(sector + k + SECTORS - MOST_EMPTY / 2) % SECTORS])
-    };
+    let is_near =
+        |slab: &Slab, sector: usize| (0..=2 * OFF).any(|k| slab.sectors[(sector + k + SECTORS - OFF) % SECTORS]);
     let is_there_again = |slab: &Slab, turn: usize| {
         (0..SECTORS).filter(|&sector| slab.sectors[sector]).all(|sector| is_near(slab, sector + turn))
     };
@@ -559,7 +575,7 @@ repeat = { kind = "around", count = 3 }"#,
         );
         let own = chuck();
         let moved = obbtree::cases::meshes::moved(&own, 1.0, &turned);
-        let slabs = slabs(&moved, &turned.inverse()).unwrap();
+        let slabs = slabs(&moved, &turned.inverse());
         let found = rings(&slabs, &turned.inverse()).unwrap();
         assert!(found.edge_report().is_watertight());
         // The jaws' corners are at (81, 15) and (31, 0): between those radii there is metal at every angle.
@@ -597,21 +613,14 @@ repeat = { kind = "around", count = 3 }"#,
             (vec![(5.0, outward), (4.0, inward)], true),
             (vec![(5.0, inward), (6.0, outward)], true),
         ] {
-            let mut slab = Slab::between(0.0, 1.0);
-            pieces.iter().for_each(|(x, normal)| slab.take_in(&piece(*x), normal));
-            assert_eq!(slab.is_hollow, is_hollow, "{pieces:?}");
-            assert_eq!(slab.radii[0], pieces.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min));
-        }
-    }
-
-    #[test]
-    fn a_wide_run_of_empty_sectors_is_found_wherever_it_begins() {
-        for first in 0..SECTORS {
-            let mut slab = Slab { sectors: [true; SECTORS], ..Slab::between(0.0, 1.0) };
-            (0..MOST_EMPTY).for_each(|k| slab.sectors[(first + k) % SECTORS] = false);
-            assert!(slab.is_round(), "{first}");
-            slab.sectors[(first + MOST_EMPTY) % SECTORS] = false;
-            assert!(!slab.is_round(), "{first}");
+            for turn in [0.0, 0.5, 2.0, 4.0] {
+                let turn = Isometry::rotation(Vector::z() * turn);
+                let mut slab = Slab::between(0.0, 1.0);
+                pieces.iter().for_each(|(x, normal)| slab.take_in(&piece(*x).map(|p| turn * p), &(turn * normal)));
+                assert_eq!(slab.is_hollow, is_hollow, "{pieces:?}");
+                let least = pieces.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
+                assert!((slab.radii[0] - least).abs() < 1e-12, "{slab:?}");
+            }
         }
     }
 
@@ -629,8 +638,8 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
-    fn teeth_and_few_sides_are_not_round() {
-        let is_round = |toml: &str| slabs(&mesh(toml), &Isometry::identity()).is_none();
+    fn what_is_not_the_same_at_every_angle_is_not_round() {
+        let is_round = |toml: &str| is_round_about(&mesh(toml), &Isometry::identity());
         let prism = |sides: usize| {
             let corner = |k: usize| {
                 let (sin, cos) = (TAU * k as f64 / sides as f64).sin_cos();
@@ -648,7 +657,33 @@ repeat = { kind = "around", count = 3 }"#,
             let tooth = "shape = { kind = \"rounded-box\", size_mm = [4, 1, 8] }\nat = { xyz_mm = [20, 0, 5] }";
             format!("{body}\n[[parts]]\n{tooth}\nrepeat = {{ kind = \"around\", count = {count} }}")
         };
-        assert!(!is_round(&toothed(6)) && !is_round(&toothed(12)) && is_round(&toothed(60)));
+        assert!(!is_round(&toothed(6)) && !is_round(&toothed(60)));
+        let with = |tube: &str, other: &str| {
+            let tube = format!("{{ shape = {{ kind = \"revolve\", profile_mm = {tube} }} }}");
+            format!("kind = \"compound\"\nparts = [{tube}, {other}]")
+        };
+        let ring = "[[30, 0], [50, 0], [50, 10], [30, 10]]";
+        let lug = |x: f64| {
+            format!("{{ shape = {{ kind = \"rounded-box\", size_mm = [18, 6, 4] }}, at = {{ xyz_mm = [{x}, 0, 5] }} }}")
+        };
+        // In a bore, under a rim, and beside so many heights that those of a lug are not all asked.
+        assert!(is_round(&with(ring, "{ shape = { kind = \"cylinder\", radius_mm = 5, height_mm = 8 } }")));
+        assert!(!is_round(&with(ring, &lug(24.0))));
+        assert!(!is_round(&with("[[0, 0], [50, 0], [50, 2], [45, 2], [45, 10], [0, 10]]", &lug(40.0))));
+        let cone: String =
+            (0..200).map(|k| format!("[{}, {}], ", 45.0 - 0.1 * f64::from(k), 12.0 + f64::from(k))).collect();
+        let tall = format!("[[0, 0], [50, 0], [50, 8], [45, 8], {cone}[0, 212]]");
+        let alone = format!("kind = \"revolve\"\nprofile_mm = {tall}");
+        assert!(is_round(&alone) && !is_round(&with(&tall, &lug(40.0))));
+        // A keyway of 9 degrees.
+        let keyed: Vec<String> = (0..=78)
+            .map(|k| (4.5 * f64::from(k) + 4.5).to_radians().sin_cos())
+            .map(|(sin, cos)| format!("[{}, {}]", 20.0 * cos, 20.0 * sin))
+            .collect();
+        assert!(!is_round(&format!(
+            "kind = \"extrude\"\nheight_mm = 10\noutline_mm = [{}, [15, -1.2], [15, 1.2]]",
+            keyed.join(", ")
+        )));
     }
 
     #[test]
@@ -679,8 +714,8 @@ repeat = { kind = "around", count = 3 }"#,
     fn round_parts_stay_as_they_are() {
         let round = r#"kind = "revolve"
 profile_mm = [[5, 0], [20, 0], [20, 30], [12, 50], [5, 50]]"#;
-        assert!(slabs(&mesh(round), &Isometry::identity()).is_none());
+        assert!(is_round_about(&mesh(round), &Isometry::identity()) && is_round(&mesh(round)));
         // Beside the axis the same is not round.
-        assert!(slabs(&mesh(round), &Isometry::translation(1.0, 0.0, 0.0)).is_some());
+        assert!(!is_round_about(&mesh(round), &Isometry::translation(5.0, 0.0, 0.0)));
     }
 }

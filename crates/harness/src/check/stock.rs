@@ -15,6 +15,7 @@ use crate::scene::{Pair, Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
 use rs274::{MoveKind, Plane, Position};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Steps that are gathered before the stock takes them.
@@ -717,13 +718,13 @@ struct Ledger<'a> {
     thin: Vec<Option<f64>>,
     /// Per part: index of its last contact.
     last: Vec<Option<usize>>,
-    /// Per part: index of its touches, and the move of the last.
-    touch: Vec<Option<(usize, usize)>>,
+    /// Index of the touches of each pair, and the move of the last.
+    touch: BTreeMap<Pair, (usize, usize)>,
 }
 
 impl<'a> Ledger<'a> {
     fn new(path: &'a Path<'a>, others: &'a [Other], touching: &'a [Vec<Stretch>], resolution_mm: f64) -> Self {
-        let (last, touch) = (vec![None; others.len()], vec![None; others.len()]);
+        let (last, touch) = (vec![None; others.len()], BTreeMap::new());
         let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
         Self { path, others, touching, resolution_mm, met: Met::default(), thin, last, touch }
     }
@@ -833,14 +834,12 @@ impl<'a> Ledger<'a> {
     }
 
     fn touch(&mut self, other: usize, told: &Told, at_most_mm: f64) {
-        if self.others[other].is_turned {
-            return;
-        }
         let sample = self.path.sample_at(told.to);
         let (line, step) = (if told.to <= 0.0 { 0 } else { sample.line }, sample.move_index);
-        let Some((index, last)) = &mut self.touch[other] else {
-            self.touch[other] = Some((self.met.touches.len(), step));
-            self.met.touches.push(Touch { pair: self.others[other].pair, moves: 1, line, at_most_mm });
+        let pair = self.others[other].pair;
+        let Some((index, last)) = self.touch.get_mut(&pair) else {
+            self.touch.insert(pair, (self.met.touches.len(), step));
+            self.met.touches.push(Touch { pair, moves: 1, line, at_most_mm });
             return;
         };
         let touch = &mut self.met.touches[*index];
@@ -902,6 +901,11 @@ mod tests {
         let found: Vec<_> = first.contacts.iter().map(|part| (part.from, part.to, part.depth)).collect();
         let uncertain = Depth { low: 0.0, ..depth };
         assert_eq!(found, [(2.0, 4.0, uncertain), (6.0_f64.next_up(), 7.0, uncertain)]);
+        // What begins with the contact begins where that does.
+        second.near[0].1[0] = 2.0;
+        first.contacts = vec![contact];
+        first.join(&mut second, pair);
+        assert_eq!(first.contacts[0].from, 2.0);
         // Where the other stock is free of it, nothing touches once that is cut.
         second.near.retain(|(near, _)| *near == other);
         first.join(&mut second, pair);

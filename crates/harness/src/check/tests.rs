@@ -163,6 +163,16 @@ fn a_tool_in_use_needs_a_part_that_is_no_holder() {
     ] {
         assert_eq!(missing(program), tools, "{program}");
     }
+    // Without any tool, a spindle that turns beside a workpiece tells that one is missing.
+    let without = CUBES.replacen("name = \"fixed\"\n", "name = \"fixed\"\nrole = \"workpiece\"\n", 1);
+    for (text, program, tools) in [
+        (without.as_str(), "M3 S500\nG1 Z90 F500\nM2", vec![0]),
+        (&without, "G1 Z90 F500\nM2", vec![]),
+        (&without, "M3 S500\nG0 Z90\nM2", vec![]),
+        (CUBES, "M3 S500\nG1 Z90 F500\nM2", vec![]),
+    ] {
+        assert_eq!(checked(&scene(text, program), &with_zones(&[])).tools_without_parts, tools, "{program}");
+    }
 }
 
 #[test]
@@ -387,6 +397,20 @@ fn how_deep_a_cutter_goes_is_found_on_the_surface_of_the_workpiece() {
     assert_eq!(thin, [vec![], vec![1]]);
 }
 
+#[test]
+fn a_cutter_with_a_thin_blade_is_named_whatever_its_hub() {
+    let at = CUBES.rfind("shape = ").unwrap();
+    let to = CUBES.find("[program]").unwrap();
+    for (blade_mm, thin) in [(0.4, vec![1]), (0.6, vec![])] {
+        let profile = format!("[[0, 0], [30, 0], [30, {blade_mm}], [8, {blade_mm}], [8, 10], [0, 10]]");
+        let saw = format!("shape = {{ kind = \"revolve\", profile_mm = {profile} }}\n");
+        let mut scene = scene(&[&CUBES[..at], &saw, &CUBES[to..]].concat(), "G0 Z15\nM2");
+        (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
+        scene.gouge_mm = Some(0.25);
+        assert_eq!(checked(&scene, &with_zones(&[])).thin_cutters, thin, "{blade_mm}");
+    }
+}
+
 /// A bar of 20 mm radius from 25 to 45 mm along a spindle at (3, 4, 100), and an insert of 4 x 2 x 4 mm. X is slanted; at X 12 the insert is from 11.77
 /// to 15.77 mm beside the axis.
 const LATHE: &str = r#"
@@ -482,29 +506,38 @@ fn a_tool_beside_the_axis_is_as_deep_as_its_section_up_to_what_is_not_known() {
         let body = Body::turning(&scene.parts[1].mesh, 0.0);
         (Turning::new(scene, &path, &axis, true, 1, &body), axis)
     };
-    let piece = |scene: &Scene, turning: &Turning, y: [f64; 2], z: [f64; 2]| {
-        let [from, to] = [0, 1].map(|k| Position([12.0, y[k], z[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
+    let piece = |scene: &Scene, turning: &Turning, x: f64, y: [f64; 2], z: [f64; 2]| {
+        let [from, to] = [0, 1].map(|k| Position([x, y[k], z[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         turning.to_base.piece(&scene.machine, &from, &to, 0, 1)
     };
-    let plain = scene(LATHE, "G0 X50\nM2");
-    let (turning, axis) = turning_of(&plain);
-    let depth = |y: [f64; 2], z: [f64; 2], chord_mm: f64| {
-        let mut stock = Stock::turned(&plain.parts[0].mesh, axis.axis_from_stock, 0.1).unwrap();
-        let examined = vec![turning.sweep(&piece(&plain, &turning, y, z), chord_mm)];
+    let depth_of = |scene: &Scene, x: f64, y: [f64; 2], z: [f64; 2], chord_mm: f64| {
+        let (turning, axis) = turning_of(scene);
+        let mut stock = Stock::turned(&scene.parts[0].mesh, axis.axis_from_stock, 0.1).unwrap();
+        let examined = vec![turning.sweep(&piece(scene, &turning, x, y, z), chord_mm)];
         let depth = stock.run(&[Step { examined, cutting: Vec::new() }], 0.01)[0].depth;
         (depth.low, depth.high)
     };
+    let plain = scene(LATHE, "G0 X50\nM2");
+    // A ring of 4 mm around the bar, 5 mm of it in the bar.
+    let (from, to) = (LATHE.rfind("role = ").unwrap(), LATHE.find("[program]").unwrap());
+    let ring = "role = \"holder\"\nat = { xyz_mm = [3, 4, 130] }\nshape = { kind = \"revolve\", profile_mm = [[15, 0], [30, 0], [30, 4], [15, 4]] }\n";
+    let around = scene(&[&LATHE[..from], ring, &LATHE[to..].replace("x_mm = 24", "x_mm = 0")].concat(), "G0 X50\nM2");
     // The middle of the section is 2 mm deep. Beside the plane half the way across is not known, nor is a chord's distance.
-    for (y, z, pad) in [([0.0, 0.0], [0.0, 1.0], 0.3), ([0.5, 0.9], [0.0, 0.0], 0.5)] {
-        let (low, high) = depth(y, z, 0.3);
-        assert!((1.75 - pad..=2.0 - pad + 1e-5).contains(&low), "{y:?}: {low}");
-        assert!((2.0 + pad - 1e-5..=2.25 + pad).contains(&high), "{y:?}: {high}");
+    for (scene, x, y, z, pad) in [
+        (&plain, 12.0, [0.0, 0.0], [0.0, 1.0], 0.3),
+        (&plain, 12.0, [0.5, 0.9], [0.0, 0.0], 0.5),
+        (&around, 0.0, [0.0, 0.0], [0.0, 1.0], 0.3),
+    ] {
+        let (low, high) = depth_of(scene, x, y, z, 0.3);
+        assert!((1.75 - pad..=2.0 - pad + 1e-5).contains(&low), "{x} {y:?}: {low}");
+        assert!((2.0 + pad - 1e-5..=2.25 + pad).contains(&high), "{x} {y:?}: {high}");
     }
     // In the middle of this way the insert is beside the plane: nothing is certain.
-    let (low, high) = depth([0.9, 1.3], [0.0, 0.0], 0.0);
+    let (low, high) = depth_of(&plain, 12.0, [0.9, 1.3], [0.0, 0.0], 0.0);
     assert!(low == 0.0 && high > 0.1, "{low} {high}");
     // What it takes away is known wherever it stays beside the axis, and not where it goes across.
-    let is_known = |y: [f64; 2], z: [f64; 2]| !turning.cut(&piece(&plain, &turning, y, z), 0.0).is_vague();
+    let (turning, _) = turning_of(&plain);
+    let is_known = |y: [f64; 2], z: [f64; 2]| !turning.cut(&piece(&plain, &turning, 12.0, y, z), 0.0).is_vague();
     assert!(is_known([0.0, 0.0], [0.0, 1.0]) && is_known([0.5, 0.5], [0.0, 1.0]));
     assert!(!is_known([0.0, 0.4], [0.0, 0.0]));
 }
@@ -614,10 +647,19 @@ fn only_a_rapid_outside_may_come_to_touch_a_finished_part_between_samples() {
         position[Axis::Z] = z;
         scan.measure(place, &scene.machine.forward(&position))
     };
-    // 5 mm above it a cutter may go 5.1 mm farther: of 10.2 - travel half is left; within it nothing more is looked for.
-    let (feed, rapid, within) = (measure(10.0, 25.0), measure(30.0, 25.0), measure(30.0, 19.95));
+    // 5 mm above it a cutter may go 5.1 mm farther: of 10.2 - travel half is left.
+    let (feed, rapid) = (measure(10.0, 25.0), measure(30.0, 25.0));
     assert!(!scan.may_come_nearer(&rapid, &rapid, 10.0) && scan.may_come_nearer(&rapid, &rapid, 10.2));
-    assert!(!scan.may_come_nearer(&rapid, &feed, 10.2) && !scan.may_come_nearer(&within, &within, 100.0));
+    assert!(!scan.may_come_nearer(&rapid, &feed, 10.2));
+    // Where it touches at both ends, it may go through something between; in what it touches, it may still gouge.
+    let mut measure = |z: f64| {
+        let mut position = Position::default();
+        position[Axis::Z] = z;
+        scan.measure(30.0, &scene.machine.forward(&position))
+    };
+    let (touching, within) = (measure(20.0), measure(19.93));
+    assert!(!scan.may_come_nearer(&touching, &touching, 0.09) && scan.may_come_nearer(&touching, &touching, 0.11));
+    assert!(!scan.may_come_nearer(&within, &within, 0.05) && scan.may_come_nearer(&within, &within, 0.07));
 }
 
 #[test]

@@ -280,7 +280,7 @@ impl WorkAxis {
                 (base, base_from_spindle * spindle_from_stock, base_from_spindle * point, direction)
             }
             None => {
-                let round = Revolved::around(mesh);
+                let round = Revolved::within(mesh);
                 let base_from_body = link_from_part * round.tool_from_mesh.inverse();
                 let (point, direction) = (base_from_body * Point::origin(), base_from_body * Vector::z());
                 let is_round = round.filled >= ROUND || Body::stock(mesh).axis().is_some();

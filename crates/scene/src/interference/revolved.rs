@@ -47,6 +47,18 @@ impl Revolved {
         Self::of(mesh, upright(mesh), FINE_HEIGHTS)
     }
 
+    /// The body about the middle of the smallest circle around the mesh, seen along the axis that [`Self::around`] finds: what turns about its outside, notched as it may be.
+    pub fn within(mesh: &Mesh) -> Self {
+        let around = Self::around(mesh);
+        let seen: Vec<P2> = mesh.vertices().iter().map(|vertex| (around.tool_from_mesh * vertex).xy()).collect();
+        let (middle, radius) = smallest_circle(&seen);
+        // Only by more than rounding, as below.
+        if radius >= around.profile.radius_mm() * (1.0 - 1e-9) {
+            return around;
+        }
+        Self::about(mesh, Isometry::translation(-middle.x, -middle.y, 0.0) * around.tool_from_mesh)
+    }
+
     /// The body around a mesh whose axis is z of the frame to which `tool_from_mesh` leads.
     pub fn about(mesh: &Mesh, tool_from_mesh: Isometry) -> Self {
         Self::of(mesh, tool_from_mesh, MOST_HEIGHTS)
@@ -113,6 +125,39 @@ fn upright(mesh: &Mesh) -> Isometry {
     }
     let (through, direction) = best.1;
     line_to_z(&through, &direction)
+}
+
+/// Middle and radius of the smallest circle around points: the farthest point outside enters those that determine it, at most three of them (B. Gärtner, "Fast and Robust
+/// Smallest Enclosing Balls", 1999).
+fn smallest_circle(points: &[P2]) -> (P2, f64) {
+    let Some(&first) = points.first() else { return (P2::origin(), 0.0) };
+    let (mut middle, mut radius, mut support) = (first, 0.0, vec![first]);
+    let outside = |middle: P2| move |a: &&P2, b: &&P2| (*a - middle).norm().total_cmp(&(*b - middle).norm());
+    // The radius grows each time, by more than rounding.
+    while let Some(&far) =
+        points.iter().max_by(outside(middle)).filter(|far| (*far - middle).norm() > radius * (1.0 + 1e-13))
+    {
+        let pairs = support.iter().map(|p| vec![far, *p]);
+        let triples = support.iter().enumerate().flat_map(|(k, p)| support[..k].iter().map(move |q| vec![far, *p, *q]));
+        let circle = |on: Vec<P2>| {
+            let middle = match on[..] {
+                [p, q] => nalgebra::center(&p, &q),
+                [p, q, r] => {
+                    let (u, v) = (q - p, r - p);
+                    let across = v * u.norm_squared() - u * v.norm_squared();
+                    p + nalgebra::Vector2::new(across.y, -across.x) / (2.0 * u.perp(&v))
+                }
+                _ => return None,
+            };
+            let radius = on.iter().map(|p| (p - middle).norm()).fold(0.0, f64::max);
+            let holds = support.iter().all(|p| (p - middle).norm() <= radius * (1.0 + 1e-12));
+            (holds && radius.is_finite()).then_some((middle, radius, on))
+        };
+        let found = pairs.chain(triples).filter_map(circle).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some(found) = found.filter(|found| found.1 > radius) else { break };
+        (middle, radius, support) = found;
+    }
+    (middle, radius)
 }
 
 /// Takes a line to z.
@@ -283,6 +328,51 @@ mod tests {
     fn distance(revolved: &Revolved, p: &Point) -> f64 {
         let q = revolved.tool_from_mesh * p;
         revolved.profile.signed_distance_mm(&P2::new(q.x.hypot(q.y), q.z))
+    }
+
+    #[test]
+    fn a_bar_with_a_keyway_turns_about_the_middle_of_its_outside() {
+        let corner = |k: u32| {
+            let (sin, cos) = (2.0 * f64::from(k)).to_radians().sin_cos();
+            let radius = if (1..=10).contains(&k) { 15.0 } else { 20.0 };
+            [300.0 + radius * cos, radius * sin]
+        };
+        let outline: Vec<[f64; 2]> = (0..180).map(corner).collect();
+        let bar: Shape =
+            toml::from_str(&format!("kind = \"extrude\"\nheight_mm = 50\noutline_mm = {outline:?}")).unwrap();
+        let bar = bar.mesh(&Tessellation::default()).unwrap();
+        let middle = |of: &Revolved| (of.tool_from_mesh.inverse() * Point::origin()).xy();
+        let found = Revolved::within(&bar);
+        assert!(
+            (middle(&found) - P2::new(300.0, 0.0)).norm() < 1e-9 && (found.profile.radius_mm() - 20.0).abs() < 1e-6
+        );
+        assert!((middle(&Revolved::around(&bar)) - P2::new(300.0, 0.0)).norm() > 0.1);
+        // What is round stays as it is.
+        assert_eq!(Revolved::within(&stepped()), Revolved::around(&stepped()));
+    }
+
+    proptest! {
+        #[test]
+        fn the_smallest_circle_is_no_larger_than_any_through_two_or_three_points(
+            points in prop::collection::vec(prop::array::uniform2(-9.0..9.0f64), 1..9),
+        ) {
+            let points: Vec<P2> = points.into_iter().map(P2::from).collect();
+            let (middle, radius) = smallest_circle(&points);
+            prop_assert!(points.iter().all(|p| (p - middle).norm() <= radius + 1e-9));
+            let holds = |middle: P2, radius: f64| points.iter().all(|p| (p - middle).norm() <= radius + 1e-12);
+            for p in &points {
+                for q in &points {
+                    let (half, middle) = (0.5 * (p - q).norm(), nalgebra::center(p, q));
+                    prop_assert!(!holds(middle, half) || radius <= half + 1e-9);
+                    // Farther along the bisector.
+                    for k in -8..8 {
+                        let aside = nalgebra::Vector2::new(q.y - p.y, p.x - q.x) * (0.15 * f64::from(k));
+                        let to = (middle + aside - p).norm();
+                        prop_assert!(!holds(middle + aside, to) || radius <= to + 1e-9);
+                    }
+                }
+            }
+        }
     }
 
     #[test]

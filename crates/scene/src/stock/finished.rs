@@ -58,12 +58,6 @@ impl Finished {
         Self { surface, hull: hull(&cutter.profile), cutter }
     }
 
-    /// No point is deeper in the cutter than this, mm.
-    pub fn most_mm(&self) -> f64 {
-        let [low, high] = self.cutter.profile.span_mm();
-        self.cutter.profile.radius_mm().min(0.5 * (high - low))
-    }
-
     /// The least distance of the workpiece's surface from the body of revolution around the cutter, mm, negative inside; `below_mm` where it is at least that. It is
     /// at most 0.001 mm, or a twentieth of a depth, above the true one; in hollows of the cutter and at its tip at most the radius of the smallest pieces.
     pub fn least_mm(&self, cutter_from_workpiece: &Isometry, below_mm: f64) -> f64 {

@@ -165,6 +165,8 @@ fn what_turns_is_told_before_and_behind_where_the_drawing_collides() {
     assert_eq!(spans("M3 S1000\nG0 X-37\nG0 X-30\nG4 P1\nG0 X-29\nM2"), [(drawn, 2, 3, false), (turned, 3, 5, true)]);
     let twice = "M3 S1000\nG0 X-37\nG0 X-34\nG0 X-33\nG0 X-37\nG0 X0\nM2";
     assert_eq!(spans(twice), [(drawn, 2, 3, false), (turned, 3, 5, false), (drawn, 5, 6, false)]);
+    let before = "M3 S1000\nG0 X-30\nG0 X0\nG0 X-37\nG0 X0\nG0 X-30\nG0 X0\nM2";
+    assert_eq!(spans(before), [(turned, 2, 3, false), (drawn, 4, 5, false), (turned, 6, 7, false)]);
     let settings = Settings { stop_at_first: true, ..with_zones(&[]) };
     let first = checked(&scene(&text, program), &settings).events;
     assert_eq!((first.len(), first[0].first.line), (1, 3));
@@ -248,18 +250,38 @@ fn what_stands_in_a_milled_hole_meets_the_bar_when_it_turns() {
 
 #[test]
 fn an_insert_turns_about_the_spindle_and_not_about_itself() {
-    let text = |x: f64, width: f64| {
+    let with_key = |x: f64, width: f64, turns: &str| {
         [
             HEAD,
             &part("block", "", "workpiece", [x, 0.0, 0.0], &cuboid([width, 20.0, 20.0])),
             &part("insert", "head", "cutter", [35.0, 0.0, 30.0], &cuboid([10.0, 10.0, 4.0])),
+            turns,
             TIP,
         ]
         .concat()
     };
+    let text = |x: f64, width: f64| with_key(x, width, "");
     // The insert passes from 30 to 40.3 mm. On the other side of the axis is a block; another one stands within.
     assert_eq!(kinds(&found(&text(-35.0, 20.0), "M3 S1000\nG0 Z-25\nM2")), [(2, "rapid-into-workpiece")]);
     assert!(found(&text(0.0, 40.0), "M3 S1000\nG0 Z-25\nM2").is_clear());
+    // What nothing turns is where it is drawn, 1 mm beside the block; its corners would pass 2.07 mm farther out about its own middle.
+    let standing = found(&with_key(51.0, 20.0, "turns = \"none\"\n"), "M3 S1000\nG0 Z-25\nM2");
+    assert!(standing.is_clear(), "{:?}", standing.events);
+    // So where the block stays whole, where it is the finished part, and where its mesh is open.
+    let rapid = "M3 S1000\nG0 Z-25\nM2";
+    let never = Settings { cutting: Cutting::Never, ..with_zones(&[]) };
+    assert_eq!(kinds(&checked(&scene(&text(-35.0, 20.0), rapid), &never)), [(2, "unresolved")]);
+    assert!(checked(&scene(&text(-35.0, 20.0), "M3 S1000\nG1 Z-25 F100\nG0 Z0\nM2"), &never).is_clear());
+    for program in [rapid, "M3 S1000\nG1 Z-25 F100\nM2"] {
+        let mut finished = scene(&text(-35.0, 20.0), program);
+        finished.gouge_mm = Some(0.05);
+        assert_eq!(kinds(&checked(&finished, &with_zones(&[]))), [(2, "unresolved")], "{program}");
+    }
+    let open = text(-35.0, 20.0).replacen(&format!("shape = {}", cuboid([20.0, 20.0, 20.0])), "mesh = \"open.obj\"", 1);
+    assert_eq!(
+        kinds(&found(&open.replace("xyz_mm = [-35.0, 0.0, 0.0]", "xyz_mm = [-40.0, 0.0, 0.0]"), rapid)),
+        [(2, "unresolved")]
+    );
     // It cuts the ring, and nothing within.
     let cut = found(&text(-35.0, 20.0), "M3 S1000\nG1 Z-25 F100\nG0 Z0\nM2");
     assert!(cut.is_clear(), "{:?}", cut.events);
@@ -293,6 +315,57 @@ fn a_cutter_that_stands_is_where_it_is_drawn_for_sure_and_maybe_anywhere_it_turn
         let certain = kinds(&told).iter().any(|&(_, kind)| kind == "rapid-into-workpiece");
         assert!(!told.is_clear() && certain == is_certain, "{i}: {:?}", kinds(&told));
     }
+}
+
+#[test]
+fn lugs_in_a_bore_meet_what_stands_between_them_when_it_turns() {
+    let shape = "{ kind = \"compound\", parts = [{ shape = { kind = \"revolve\", profile_mm = [[30, 0], [50, 0], [50, 40], [30, 40]] } }, { shape = { kind = \"rounded-box\", size_mm = [18, 6, 40] }, at = { xyz_mm = [24, 0, 20] } }] }";
+    for role in ["workpiece", "fixture"] {
+        let text = [
+            LATHE,
+            &part("chuck", "spindle", role, [0.0; 3], shape),
+            &part("probe", "slide", "shank", [0.0, 22.0, 60.0], &cuboid([6.0, 6.0, 20.0])),
+            &part("insert", "slide", "cutter", [0.0, 22.0, 100.0], &cuboid([2.0, 2.0, 2.0])),
+        ]
+        .concat();
+        assert_eq!(kinds(&found(&text, "M3 S500\nG0 Z-30\nM2"))[0], (2, "unresolved"), "{role}");
+        assert!(found(&text, "G0 Z-30\nM2").is_clear(), "{role}");
+    }
+}
+
+#[test]
+fn on_a_mill_without_a_gauge_point_a_part_turns_about_the_axis_that_it_shows_or_is_named() {
+    let screw = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 25, height_mm = 50 } }, { shape = { kind = \"cylinder\", radius_mm = 3, height_mm = 8 }, at = { xyz_mm = [-24, 0, 20], rpy_deg = [0, -90, 0] } }] }";
+    // Flats of the octagon are 23.1 mm from the axis.
+    for (holder, meets, is_named) in
+        [(polygon(8, 25.0), true, false), (cylinder(24.0, 50.0), false, false), (screw.to_owned(), false, true)]
+    {
+        let text = [
+            HEAD,
+            &part("vise", "", "fixture", [44.0, 0.0, 0.0], &cuboid([40.0, 100.0, 60.0])),
+            &part("holder", "head", "holder", [-2.0, 0.0, 60.0], &holder),
+            NO_TIP,
+        ]
+        .concat();
+        let told = found(&text.replace("[44.0,", if is_named { "[46.0," } else { "[42.3," }), "M3 S1000\nG0 Z-50\nM2");
+        let expected = if meets { vec![(2, "unresolved")] } else { vec![] };
+        assert_eq!((kinds(&told), told.as_drawn), (expected, if is_named { vec![1] } else { vec![] }), "{holder}");
+    }
+}
+
+#[test]
+fn what_turns_within_the_resolution_is_named() {
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &polygon(6, 20.0)),
+        &part("insert", "slide", "cutter", [30.0, 0.0, 60.0], &cuboid([4.0, 2.0, 4.0])),
+        &part("shank", "slide", "shank", [24.85, 0.0, 60.0], &cuboid([10.0, 4.0, 10.0])),
+    ]
+    .concat();
+    let settings = Settings { cutting: Cutting::At(0.5), ..with_zones(&[]) };
+    let told = checked(&scene(&text, "M3 S500\nG1 Z-20 F200\nM2"), &settings);
+    assert!(told.is_clear(), "{:?}", told.events);
+    assert_eq!(told.touches.iter().map(|touch| (touch.pair.other(0), touch.line)).collect::<Vec<_>>(), [(2, 2)]);
 }
 
 #[test]
@@ -362,6 +435,17 @@ fn a_driven_drill_cuts_holes_and_no_ring() {
     let text = text.replace("[20.0, 0.0, 60.0]", "[0.0, 0.0, 60.0]");
     let told = found(&text, &format!("{drilled}M2"));
     assert_eq!((told.is_clear(), told.remaining[0].stock.resolution_mm()), (true, 0.1));
+}
+
+#[test]
+fn a_round_cutter_across_the_axis_is_driven_wherever_it_crosses() {
+    let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0));
+    for (x, turned, driven) in [(0.0, "0, 90, 0", vec![1]), (-20.0, "0, 90, 0", vec![1]), (0.0, "0, 0, 0", vec![])] {
+        let mill = part("mill", "slide", "cutter", [x, 0.0, 60.0], &cylinder(3.0, 40.0))
+            .replace("] }\nshape", &format!("], rpy_deg = [{turned}] }}\nshape"));
+        let told = found(&[LATHE, &bar, &mill].concat(), "M3 S500\nG1 Z-5 F100\nM2");
+        assert_eq!(told.driven, driven, "{x} {turned}");
+    }
 }
 
 /// One step of 0.4 degrees, after which nothing turns any more, is enough.
@@ -670,12 +754,16 @@ fn the_cutter_of_an_angle_head_cuts_no_disc_for_sure() {
     assert_eq!((kinds(&told), told.unsure), (vec![(8, "unresolved")], vec![1]));
 }
 
-/// A lathe without a joint for its spindle: a chuck that is 100 mm across and 20 mm wide, and an insert that comes between 38 and 42 mm from the axis beside it.
-fn without_spindle(chuck_at: [f64; 3], turns: &str) -> String {
+fn without_joint() -> String {
     let spindle = "[[machine.links]]\nname = \"spindle\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n";
     assert!(LATHE.contains(spindle));
+    LATHE.replace(spindle, "")
+}
+
+/// A lathe without a joint for its spindle: a chuck that is 100 mm across and 20 mm wide, and an insert that comes between 38 and 42 mm from the axis beside it.
+fn without_spindle(chuck_at: [f64; 3], turns: &str) -> String {
     [
-        &LATHE.replace(spindle, ""),
+        &without_joint(),
         &part("bar", "", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
         &part("chuck", "", "fixture", chuck_at, &cuboid([20.0, 100.0, 20.0])),
         turns,
@@ -723,6 +811,11 @@ fn a_chuck_without_a_workpiece_turns_or_is_named() {
     ]
     .concat();
     assert_eq!(kinds(&found(&text, program)), [(2, "unresolved")]);
+    // A dog beside the axis passes between 30 and 51 mm from it.
+    let dog = part("dog", "spindle", "fixture", [0.0, 40.0, -20.0], &cuboid([20.0, 20.0, 20.0]));
+    let insert = part("insert", "slide", "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0]));
+    let at = |x: i32| kinds(&found(&[LATHE, &dog, &insert].concat(), &format!("M3 S500\nG1 X{x} F200\nM2")));
+    assert_eq!([-4, -20].map(at), [vec![], vec![(2, "unresolved")]]);
 }
 
 #[test]
@@ -819,6 +912,58 @@ fn a_slanted_insert_faces_past_the_centre() {
     let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z0\nG0 X0\nM2");
     assert!(told.is_clear(), "{:?}", told.events);
     assert_eq!(kinds(&found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z-12\nM2")), [(4, "rapid-into-workpiece")]);
+}
+
+#[test]
+fn an_insert_that_leans_towards_the_face_leaves_it_past_the_centre() {
+    for lean in [0, 1, 3, 8] {
+        let text = with_insert([30.0, 2.0, 60.0], &format!("[[0, 0], [12, -{lean}], [12, 10], [1, 12]]"));
+        let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z0\nG0 X0\nM2");
+        assert!(told.is_clear(), "{lean}: {:?}", told.events);
+        let told = found(&text, "M3 S500\nG0 Z-11\nG1 X-61.6 F200\nG0 Z-12\nM2");
+        assert_eq!(kinds(&told), [(4, "rapid-into-workpiece")], "{lean}");
+    }
+}
+
+#[test]
+fn a_tool_that_never_feeds_is_free_behind_the_bar_as_in_front_of_it() {
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("insert", "slide", "cutter", [60.0, 0.0, 90.0], &cuboid([20.0, 0.1, 2.0])),
+    ]
+    .concat();
+    for (x, expected) in [(-190, vec![]), (-300, vec![]), (-150, vec![(3, "rapid-into-workpiece")])] {
+        assert_eq!(kinds(&found(&text, &format!("M3 S500\nG0 X{x}\nG0 Z-60\nG0 Z0\nM2"))), expected, "{x}");
+    }
+}
+
+#[test]
+fn a_notched_bar_turns_about_the_middle_of_its_outside_wherever_its_file_has_it() {
+    let corner = |k: u32| {
+        let (sin, cos) = (2.0 * f64::from(k)).to_radians().sin_cos();
+        let radius = if (1..=10).contains(&k) { 15.0 } else { 20.0 };
+        format!("[{}, {}]", 300.0 + radius * cos, radius * sin)
+    };
+    let outline: Vec<String> = (0..180).map(corner).collect();
+    let bar = format!("{{ kind = \"extrude\", height_mm = 50, outline_mm = [{}] }}", outline.join(", "));
+    let insert = |name: &str, x: f64, tool: u32| {
+        part(name, "slide", "cutter", [x, 0.0, 90.0], &cuboid([20.0, 0.1, 2.0]))
+            + &format!("tool = {tool}\nturns = \"none\"\n")
+    };
+    let text = [
+        without_joint().as_str(),
+        &part("bar", "", "workpiece", [-300.0, 0.0, 0.0], &bar),
+        &insert("front", 60.0, 1),
+        &insert("rear", -60.0, 2),
+    ]
+    .concat();
+    // The front tool turns to 18 mm, the rear one comes to 17.5.
+    for (x, expected) in [(65, Some(9)), (63, None)] {
+        let program =
+            format!("T1 M6\nM3 S500\nG0 Z-60\nG1 X-64 F100\nG0 X0\nT2 M6\nM3 S500\nG1 X-2 F1000\nG0 X{x}\nG0 X0\nM2");
+        assert_eq!(kinds(&found(&text, &program)).first().map(|(line, _)| *line), expected, "{x}");
+    }
 }
 
 #[test]
