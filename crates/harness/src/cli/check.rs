@@ -323,12 +323,15 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
         say(painted(&table(scene, &collisions, &outcome.over_travel).trim_fmt()));
         for event in &collisions {
             say(format!(
-                "\nline {}: {}\n  {} at {}{}",
+                "\nline {}: {}\n  {} {}",
                 event.first.line,
                 if event.first.line == 0 { "(before the first move)" } else { &event.block },
                 scene.pair_name(event.pair),
-                axes(&event.first),
-                stock::depth(event).map(|depth| format!(", {depth}")).unwrap_or_default()
+                // The depth is that of the whole way.
+                match (stock::depth(event), axes(&event.first)) {
+                    (Some(depth), axes) => format!("from {axes} on, {depth}"),
+                    (None, axes) => format!("at {axes}"),
+                },
             ));
         }
         for over in &outcome.over_travel {
