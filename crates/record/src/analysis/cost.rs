@@ -11,7 +11,8 @@ use super::table::{Query, Scene};
 use super::{AnalysisError, grouped, ranking_workload};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    CONTROL_WORKLOAD, CostChunkRow, CostRow, DeadlineRow, Kind, Manifest, NULL_VARIANT, RepayRow, Stratum, write_rows,
+    CONTROL_WORKLOAD, COSTS, CostChunkRow, DEADLINES, Kind, Manifest, NULL_VARIANT, REPAY, Stratum, write_lines,
+    write_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -25,6 +26,13 @@ const SINGULAR: f64 = 1e-12;
 
 /// Costs in ns: of the query itself, of each volume test, and of each triangle test.
 type Costs = [f64; 3];
+
+/// A line of [`COSTS`].
+type CostLine = (String, String, Costs, usize, f64, f64);
+/// A line of [`DEADLINES`]; the shares are those of [`CYCLES_MS`].
+type DeadlineLine = (String, String, String, f64, usize, f64, [f64; 4]);
+/// A line of [`REPAY`]: the scene, the case, its baseline, and the numbers.
+type RepayLine = (String, [String; 2], [String; 2], f64, f64, Option<f64>);
 
 /// One chunk of one case.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +61,7 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
         let all: Vec<Observed> = observed.values().flatten().copied().collect();
         let Some(fitted) = fit(&all) else { continue };
         let predictions = predictions(case, &observed, fitted);
-        costs.push(cost_row(case, fitted, &predictions));
+        costs.push(cost_line(case, fitted, &predictions));
         chunks.extend(predictions);
         for (name, scene) in scenes {
             let queries = scene.queries.get(case).map_or(&[][..], Vec::as_slice);
@@ -61,11 +69,11 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
             deadlines.extend(rows);
         }
     }
-    let repay: Vec<RepayRow> = scenes.iter().flat_map(|(name, scene)| repay(name, scene, manifest)).collect();
-    write_rows(folder, &costs)?;
+    let repay: Vec<RepayLine> = scenes.iter().flat_map(|(name, scene)| repay(name, scene, manifest)).collect();
+    write_lines(folder, COSTS, &costs)?;
     write_rows(folder, &chunks)?;
-    write_rows(folder, &deadlines)?;
-    Ok(write_rows(folder, &repay)?)
+    write_lines(folder, DEADLINES, &deadlines)?;
+    Ok(write_lines(folder, REPAY, &repay)?)
 }
 
 /// Every chunk of a case, with its mean counts and its median time.
@@ -169,22 +177,14 @@ fn predictions(case: &CaseKey, observed: &BTreeMap<&str, Vec<Observed>>, fitted:
     rows
 }
 
-fn cost_row(case: &CaseKey, [setup_ns, volume_test_ns, triangle_test_ns]: Costs, chunks: &[CostChunkRow]) -> CostRow {
+fn cost_line(case: &CaseKey, costs: Costs, chunks: &[CostChunkRow]) -> CostLine {
     let mut errors: Vec<f64> = chunks.iter().map(|row| (row.predicted_ns / row.measured_ns - 1.0).abs()).collect();
     errors.sort_unstable_by(f64::total_cmp);
-    CostRow {
-        variant: case.variant.clone(),
-        policy: case.policy(),
-        setup_ns,
-        volume_test_ns,
-        triangle_test_ns,
-        chunks: chunks.len() as u64,
-        error_median: quantile(&errors, 0.5),
-        error_p95: quantile(&errors, 0.95),
-    }
+    let (median, p95) = (quantile(&errors, 0.5), quantile(&errors, 0.95));
+    (case.variant.clone(), case.policy(), costs, chunks.len(), median, p95)
 }
 
-fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdown: f64) -> Option<DeadlineRow> {
+fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdown: f64) -> Option<DeadlineLine> {
     let of = |stratum: Stratum| queries.iter().filter(|query| query.stratum == stratum).count();
     let weight = BTreeMap::from(Stratum::ALL.map(|stratum| (stratum, 1.0 / of(stratum).max(1) as f64)));
     let mut times: Vec<(f64, f64)> = queries
@@ -199,24 +199,16 @@ fn deadline(scene: &str, case: &CaseKey, queries: &[Query], costs: Costs, slowdo
     // Begins at 0.0, because the sum of no numbers is -0.0.
     let over =
         |ms: f64| times.iter().filter(|(ns, _)| *ns > ms * 1e6).fold(0.0, |sum, (_, weight)| sum + weight) / total;
-    let [over_1_ms, over_2_ms, over_4_ms, over_8_ms] = CYCLES_MS.map(over);
-    (!times.is_empty()).then(|| DeadlineRow {
-        scene: scene.to_owned(),
-        variant: case.variant.clone(),
-        policy: case.policy(),
-        slowdown,
-        queries: times.len() as u64,
-        p999_ns: weighted_quantile(&times, 0.999),
-        over_1_ms,
-        over_2_ms,
-        over_4_ms,
-        over_8_ms,
+    (!times.is_empty()).then(|| {
+        let p999_ns = weighted_quantile(&times, 0.999);
+        let (scene, variant) = (scene.to_owned(), case.variant.clone());
+        (scene, variant, case.policy(), slowdown, times.len(), p999_ns, CYCLES_MS.map(over))
     })
 }
 
 /// Compares each safe volume of a scene with the volume whose trees are built fastest. Engines are left out, because they build on all
 /// threads.
-fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
+fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayLine> {
     let is_safe =
         |case: &CaseKey| manifest.variants.iter().any(|v| v.id == case.variant && v.kind == Kind::Volume && v.safe);
     let facts: Vec<(&CaseKey, f64, f64)> = scene
@@ -230,17 +222,12 @@ fn repay(name: &str, scene: &Scene, manifest: &Manifest) -> Vec<RepayRow> {
         })
         .collect();
     let Some(&(baseline, least, slowest)) = facts.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else { return Vec::new() };
-    let row = |&(case, build_ns, query_ns): &(&CaseKey, f64, f64)| RepayRow {
-        scene: name.to_owned(),
-        variant: case.variant.clone(),
-        policy: case.policy(),
-        baseline: baseline.variant.clone(),
-        baseline_policy: baseline.policy(),
-        build_ns,
-        query_ns,
-        queries: (query_ns < slowest).then(|| ((build_ns - least) / (slowest - query_ns)).ceil()),
+    let names = |case: &CaseKey| [case.variant.clone(), case.policy()];
+    let line = |&(case, build_ns, query_ns): &(&CaseKey, f64, f64)| {
+        let queries = (query_ns < slowest).then(|| ((build_ns - least) / (slowest - query_ns)).ceil());
+        (name.to_owned(), names(case), names(baseline), build_ns, query_ns, queries)
     };
-    facts.iter().map(row).collect()
+    facts.iter().map(line).collect()
 }
 
 /// Mean time of a query in the scene's programs, ns; without programs, in the workload by which the scene is ranked.

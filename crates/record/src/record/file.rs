@@ -177,7 +177,8 @@ pub fn table_bytes(folder: &Path, file: &str, most: u64) -> Result<Option<u64>, 
 /// # Errors
 /// As [`write_bytes`].
 pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
-    write_bytes(&folder.join(R::FILE), &csv_bytes(folder, rows)?)?;
+    let path = folder.join(R::FILE);
+    write_bytes(&path, &row_bytes(&path, rows)?)?;
     remove_file(&folder.join(compressed(R::FILE)))
 }
 
@@ -188,9 +189,28 @@ pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> 
 pub fn write_rows_compressed<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> {
     let path = folder.join(compressed(R::FILE));
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    let packed = encoder.write_all(&csv_bytes(folder, rows)?).and_then(|()| encoder.finish());
+    let packed = encoder.write_all(&row_bytes(&folder.join(R::FILE), rows)?).and_then(|()| encoder.finish());
     write_bytes(&path, &packed.map_err(RecordError::io("write", &path))?)?;
     remove_file(&folder.join(R::FILE))
+}
+
+/// Name and columns of a table without a row type, which no code here reads row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct Head {
+    /// The file's name in the run's folder.
+    pub file: &'static str,
+    /// The first line of the file.
+    pub columns: &'static str,
+}
+
+/// Writes the lines of a table that has no row type, a tuple each.
+///
+/// # Errors
+/// As [`write_bytes`], and when a line has not one value for each column.
+pub fn write_lines<T: Serialize>(folder: &Path, head: Head, lines: &[T]) -> Result<(), RecordError> {
+    let path = folder.join(head.file);
+    let columns: Vec<&str> = head.columns.split(',').collect();
+    write_bytes(&path, &csv_bytes(&path, &columns, lines)?)
 }
 
 /// Removes a file; one that is not there is fine.
@@ -201,17 +221,21 @@ fn remove_file(path: &Path) -> Result<(), RecordError> {
     }
 }
 
-fn csv_bytes<R: Row>(folder: &Path, rows: &[R]) -> Result<Vec<u8>, RecordError> {
-    let path = folder.join(R::FILE);
-    let csv_error = |source| RecordError::Csv { path: path.clone(), source };
+/// The text of rows. The first row brings the columns; where there is none, they are written here.
+fn row_bytes<R: Row>(path: &Path, rows: &[R]) -> Result<Vec<u8>, RecordError> {
+    csv_bytes(path, if rows.is_empty() { columns::<R>() } else { &[] }, rows)
+}
+
+fn csv_bytes<T: Serialize>(path: &Path, columns: &[&str], rows: &[T]) -> Result<Vec<u8>, RecordError> {
+    let csv_error = |source| RecordError::Csv { path: path.to_owned(), source };
     let mut writer = csv::Writer::from_writer(Vec::new());
-    if rows.is_empty() {
-        writer.write_record(columns::<R>()).map_err(csv_error)?;
+    if !columns.is_empty() {
+        writer.write_record(columns).map_err(csv_error)?;
     }
     for row in rows {
         writer.serialize(row).map_err(csv_error)?;
     }
-    writer.into_inner().map_err(|e| RecordError::io("write", &path)(e.into_error()))
+    writer.into_inner().map_err(|e| RecordError::io("write", path)(e.into_error()))
 }
 
 /// The columns of a row type, by what it asks a deserializer for.

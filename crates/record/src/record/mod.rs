@@ -24,10 +24,10 @@ pub(crate) mod synthetic;
 
 pub use agreement::{AgreementRow, DisagreementRow, RoundRow};
 pub use audit::{AuditCellRow, AuditEffectRow, AuditShareRow};
-pub use cost::{CostChunkRow, CostRow, DeadlineRow, RepayRow};
+pub use cost::{COSTS, CostChunkRow, DEADLINES, REPAY};
 pub use file::{
-    RecordError, for_each_row, has_rows, read_json, read_rows, read_rows_if_there, read_text, write_bytes, write_json,
-    write_rows, write_rows_compressed, write_text,
+    Head, RecordError, for_each_row, has_rows, read_json, read_rows, read_rows_if_there, read_text, write_bytes,
+    write_json, write_lines, write_rows, write_rows_compressed, write_text,
 };
 pub use lock::FolderLock;
 pub use manifest::Manifest;

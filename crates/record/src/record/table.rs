@@ -41,7 +41,8 @@ impl Table {
         Ok(Self { file: R::FILE.to_owned(), columns: headers.iter().map(str::to_owned).collect(), rows })
     }
 
-    /// Reads any CSV in `folder`: a column whose cells are all numbers, or empty, holds numbers.
+    /// Reads any CSV in `folder`: a column whose cells are all numbers, or empty, holds numbers. Scenes are names, also where these are
+    /// digits.
     ///
     /// # Errors
     /// When the file is missing or no CSV.
@@ -52,8 +53,10 @@ impl Table {
         let columns: Vec<String> = reader.headers().map_err(bad)?.iter().map(str::to_owned).collect();
         let records: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>().map_err(bad)?;
         let is_number = |cell: &str| cell.is_empty() || cell.parse::<f64>().is_ok();
-        let numeric: Vec<bool> =
-            (0..columns.len()).map(|i| records.iter().all(|record| record.get(i).is_none_or(is_number))).collect();
+        let is_numeric = |(i, column): (usize, &String)| {
+            column != "scene" && records.iter().all(|record| record.get(i).is_none_or(is_number))
+        };
+        let numeric: Vec<bool> = columns.iter().enumerate().map(is_numeric).collect();
         let cell = |(cell, numeric): (&str, &bool)| match cell {
             "" => Value::Null,
             _ if *numeric => {
@@ -131,9 +134,15 @@ mod tests {
     #[test]
     fn a_file_of_no_known_type_has_numbers_where_all_are() {
         let folder = tempfile::TempDir::new().unwrap();
-        write_text(&folder.path().join("x.csv"), "name,n,mixed\na,1,1\nb,-2.5,x\nc,,2\nd,NaN,\n").unwrap();
+        write_text(&folder.path().join("x.csv"), "name,n,mixed,scene\na,1,1,7\nb,-2.5,x,7\nc,,2,8\nd,NaN,,8\n")
+            .unwrap();
         let table = Table::of_file(folder.path(), "x.csv").unwrap();
-        let rows = json!([[2, "a", 1, "1"], [3, "b", -2.5, "x"], [4, "c", null, "2"], [5, "d", null, null]]);
+        let rows = json!([
+            [2, "a", 1, "1", "7"],
+            [3, "b", -2.5, "x", "7"],
+            [4, "c", null, "2", "8"],
+            [5, "d", null, null, "8"]
+        ]);
         assert_eq!(json!(table.rows), rows);
         write_text(&folder.path().join("x.csv"), "a,b\n1\n").unwrap();
         assert!(Table::of_file(folder.path(), "x.csv").unwrap_err().to_string().contains("line: 2"));

@@ -6,8 +6,8 @@ use crate::plot::data::entries;
 use crate::record::file::table_bytes;
 use crate::record::manifest::SceneEntry;
 use crate::record::{
-    AuditCellRow, AuditEffectRow, AuditShareRow, Band, ClaimRow, CostChunkRow, CostRow, DeadlineRow, Manifest,
-    NULL_VARIANT, PeerRatioRow, PeerRow, RatioRow, RecordError, RepayRow, Row, Stratum, SummaryRow, SweepSummaryRow,
+    AuditCellRow, AuditEffectRow, AuditShareRow, Band, COSTS, ClaimRow, CostChunkRow, DEADLINES, Head, Manifest,
+    NULL_VARIANT, PeerRatioRow, PeerRow, REPAY, RatioRow, RecordError, Row, Stratum, SummaryRow, SweepSummaryRow,
     Table, TightnessRow, TreeRow, VerificationRow, has_rows,
 };
 use crate::report::programs::{self, ProgramTotals};
@@ -229,9 +229,11 @@ impl Shelf<'_> {
         self.add::<RatioRow>()?;
         self.add::<TightnessRow>()?;
         self.add::<TreeRow>()?;
-        self.add::<RepayRow>()?;
-        self.add::<CostRow>()?;
-        self.add::<DeadlineRow>()?;
+        for Head { file, .. } in [REPAY, COSTS, DEADLINES] {
+            if self.folder.join(file).exists() {
+                self.put_file(file, self.room)?;
+            }
+        }
         self.add::<PeerRatioRow>()?;
         self.add::<PeerRow>()?;
         self.add::<SweepSummaryRow>()?;
@@ -245,7 +247,7 @@ impl Shelf<'_> {
         names.sort_unstable();
         for name in names {
             if !self.tables.contains_key(&name) && !self.left_out.contains(&name) {
-                self.put(&name, MOST_FOREIGN_BYTES, |folder| Table::of_file(folder, &name))?;
+                self.put_file(&name, MOST_FOREIGN_BYTES)?;
             }
         }
         Ok(())
@@ -253,6 +255,10 @@ impl Shelf<'_> {
 
     fn add<R: Row>(&mut self) -> Result<(), RecordError> {
         if has_rows::<R>(self.folder) { self.put(R::FILE, self.room, Table::of::<R>) } else { Ok(()) }
+    }
+
+    fn put_file(&mut self, file: &str, most: u64) -> Result<(), RecordError> {
+        self.put(file, most, |folder| Table::of_file(folder, file))
     }
 
     fn put(
