@@ -59,16 +59,6 @@ impl Interval {
     }
 }
 
-/// Wilson's 95 % interval for a rate of `successes` in `trials`; [0, 1] without trials.
-pub fn wilson(successes: u64, trials: u64) -> (f64, f64) {
-    if trials == 0 {
-        return (0.0, 1.0);
-    }
-    let (low, high) = wilson_of(successes as f64 / trials as f64, trials as f64);
-    // At the ends the formula gives 0 and 1 up to rounding; say so exactly.
-    (if successes == 0 { 0.0 } else { low }, if successes == trials { 1.0 } else { high })
-}
-
 /// Wilson's 95 % interval for a rate `p` in `n` trials; `n` need not be an integer.
 fn wilson_of(p: f64, n: f64) -> (f64, f64) {
     let z2 = Z_95 * Z_95;
@@ -248,21 +238,20 @@ mod tests {
     /// = 0.19314.
     #[test]
     fn wilson_by_hand() {
-        let (low, high) = wilson(1, 10);
+        let (low, high) = wilson_of(0.1, 10.0);
         close(low, 0.017_88, 2e-5);
         close(high, 0.404_15, 2e-5);
         // Symmetric about a half; 5 of 10 is 0.5 ± 1.95996 / 1.38415 × √(0.025 + 0.0096037) = 0.5 ± 0.26341.
-        let (low, high) = wilson(5, 10);
+        let (low, high) = wilson_of(0.5, 10.0);
         close(low, 0.236_59, 2e-5);
         close(high, 0.763_41, 2e-5);
     }
 
     #[test]
     fn rates_at_the_ends() {
-        assert_eq!(wilson(0, 0), (0.0, 1.0));
-        assert_eq!(wilson(10, 10).1, 1.0);
+        close(wilson_of(1.0, 10.0).1, 1.0, 1e-12);
         // 0 of 10 by Wilson: z² / (n + z²) = 3.84146 / 13.84146.
-        close(wilson(0, 10).1, 0.277_53, 1e-5);
+        close(wilson_of(0.0, 10.0).1, 0.277_53, 1e-5);
     }
 
     #[test]
@@ -371,13 +360,13 @@ mod tests {
         let lines: Vec<(u64, u64)> = (0..10).map(|line| if line < 3 { (10, 10) } else { (0, 10) }).collect();
         let (low, high) = clustered_rate(&lines);
         // Over n - 1 lines instead of n the variance is a ninth more: nine lines' worth, times (1.984 / 2.262)².
-        let (few, many) = (wilson_of(0.3, 6.925), wilson(30, 100));
+        let (few, many) = (wilson_of(0.3, 6.925), wilson_of(0.3, 100.0));
         assert!((few.0 - low).abs() < 1e-3 && (few.1 - high).abs() < 1e-3, "{low} {high} {few:?}");
         assert!(high - low > 1.8 * (many.1 - many.0));
         let even: Vec<(u64, u64)> = vec![(3, 10); 10];
-        assert_eq!(clustered_rate(&even), wilson(3, 10));
+        assert_eq!(clustered_rate(&even), wilson_of(0.3, 10.0));
         let (low, high) = clustered_rate(&[(10, 10); 10]);
-        close(low, wilson(10, 10).0, 1e-12);
+        close(low, wilson_of(1.0, 10.0).0, 1e-12);
         close(high, 1.0, 1e-12);
         assert_eq!(clustered_rate(&[(4, 8)]), wilson_of(0.5, 1.0));
         assert_eq!(clustered_rate(&vec![(0, 15); 3000]), (0.0, 0.001));
