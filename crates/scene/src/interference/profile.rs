@@ -1,11 +1,11 @@
 //! The profile of a tool: its generating line, and the distance of a point from the solid that the line sweeps.
 //!
-//! A tool is a solid of revolution about its z axis, with its tip at z = 0, bounded by lines and arcs in the half plane (ρ, z), ρ >= 0. The
-//! distance of a point from the solid equals the distance of (hypot(x, y), z) from the profile. It is exact but for rounding, for every
-//! kind of cutter. (The generalised cutter of APT, as in the models of Chang and Lee and of Ding, Mannan and Poo, is the case of a corner
-//! arc between two lines.)
+//! A tool is a solid of revolution about its z axis, with its tip at z = 0, bounded by lines and corner arcs in the half plane (ρ, z),
+//! ρ >= 0. The distance of a point from the solid equals the distance of (hypot(x, y), z) from the profile. It is exact but for rounding.
+//! (The generalised cutter of APT, as in the models of Chang and Lee and of Ding, Mannan and Poo, is the case of a corner arc between two
+//! lines.)
 
-use nalgebra::{Point2, Vector2};
+use nalgebra::Point2;
 use thiserror::Error;
 
 /// A point (ρ, z) of the half plane, mm.
@@ -26,7 +26,7 @@ pub enum ProfileError {
     },
 }
 
-/// A piece of a profile along which z and ρ are monotonic: a line, or an arc within one quadrant.
+/// A piece of a profile along which z and ρ are monotonic: a line, or an arc within the lower outer quadrant of its circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     from: P2,
@@ -62,11 +62,7 @@ impl Piece {
         match self.arc {
             None if from.y == to.y => from.x.max(to.x),
             None => from.x + (to.x - from.x) * ((z - from.y) / (to.y - from.y)),
-            Some((centre, radius)) => {
-                let half = (radius * radius - (z - centre.y).powi(2)).max(0.0).sqrt();
-                let outside = f64::midpoint(from.x, to.x) >= centre.x;
-                centre.x + if outside { half } else { -half }
-            }
+            Some((centre, radius)) => centre.x + (radius * radius - (z - centre.y).powi(2)).max(0.0).sqrt(),
         }
     }
 
@@ -120,7 +116,7 @@ impl Profile {
         let height = in_range("height", height_mm, corner.max(f64::MIN_POSITIVE), f64::MAX, "above the corner radius")?;
         let mut path = Path::at(P2::origin());
         path.line(P2::new(radius - corner, 0.0));
-        path.arc(P2::new(radius, corner), P2::new(radius - corner, corner), corner);
+        path.corner(P2::new(radius, corner), P2::new(radius - corner, corner), corner);
         path.line(P2::new(radius, height));
         path.line(P2::new(0.0, height));
         Ok(path.finish())
@@ -137,37 +133,6 @@ impl Profile {
         positive("larger radius", lower.max(upper))?;
         let height = positive("height", height_mm)?;
         Ok(Self::of_lines(&[P2::origin(), P2::new(lower, 0.0), P2::new(upper, height), P2::new(0.0, height)]))
-    }
-
-    /// A barrel: a cutter whose side is an arc of a large radius that bulges outwards.
-    ///
-    /// # Errors
-    /// When a dimension is not a positive finite number, or the arc is too small to span the height.
-    pub fn barrel(end_radius_mm: f64, side_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
-        let (end, height) = (positive("end radius", end_radius_mm)?, positive("height", height_mm)?);
-        let side = in_range("side radius", side_mm, 0.5 * height, f64::MAX, "at least half the height")?;
-        let centre = P2::new(end - (side * side - 0.25 * height * height).sqrt(), 0.5 * height);
-        let mut path = Path::at(P2::origin());
-        path.line(P2::new(end, 0.0));
-        path.arc(P2::new(end, height), centre, side);
-        path.line(P2::new(0.0, height));
-        Ok(path.finish())
-    }
-
-    /// A lollipop: a ball on a thinner neck.
-    ///
-    /// # Errors
-    /// When a dimension is not finite or not in its range.
-    pub fn lollipop(radius_mm: f64, neck_mm: f64, height_mm: f64) -> Result<Self, ProfileError> {
-        let radius = positive("radius", radius_mm)?;
-        let neck = in_range("neck radius", neck_mm, f64::MIN_POSITIVE, radius, "above 0 and at most the radius")?;
-        let top = radius + (radius * radius - neck * neck).sqrt();
-        let height = in_range("height", height_mm, top, f64::MAX, "above the ball")?;
-        let mut path = Path::at(P2::origin());
-        path.arc(P2::new(neck, top), P2::new(0.0, radius), radius);
-        path.line(P2::new(neck, height));
-        path.line(P2::new(0.0, height));
-        Ok(path.finish())
     }
 
     /// The same profile, moved up by `height_mm`.
@@ -245,22 +210,11 @@ impl Path {
         }
     }
 
-    /// Adds an arc about `centre`, counter-clockwise, of at most half a turn, divided where ρ or z reverses direction.
-    fn arc(&mut self, to: P2, centre: P2, radius: f64) {
-        if to == self.at {
-            return;
-        }
-        let quarters = [Vector2::x(), Vector2::y(), -Vector2::x(), -Vector2::y()];
-        let (a, b) = (self.at - centre, to - centre);
-        let between = |v: &Vector2<f64>| a.perp(v) > 0.0 && v.perp(&b) > 0.0;
-        let mut cuts: Vec<Vector2<f64>> = quarters.into_iter().filter(between).collect();
-        // By the angle from the start, of which the cosine falls.
-        cuts.sort_by(|u, v| a.dot(v).total_cmp(&a.dot(u)));
-        for end in cuts.into_iter().map(|v| centre + v * radius).chain([to]) {
-            if end != self.at {
-                self.pieces.push(Piece { from: self.at, to: end, arc: Some((centre, radius)) });
-                self.at = end;
-            }
+    /// Adds a rounded corner: the lower outer quarter of the circle about `centre`, which begins here.
+    fn corner(&mut self, to: P2, centre: P2, radius: f64) {
+        if to != self.at {
+            self.pieces.push(Piece { from: self.at, to, arc: Some((centre, radius)) });
+            self.at = to;
         }
     }
 
@@ -286,7 +240,9 @@ fn in_range(what: &'static str, value: f64, low: f64, high: f64, wanted: &'stati
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector2;
     use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_2;
 
     fn distance(profile: &Profile, rho: f64, z: f64) -> f64 {
         profile.signed_distance_mm(&P2::new(rho, z))
@@ -311,16 +267,10 @@ mod tests {
         let bull = Profile::bull_nose(5.0, 2.0, 20.0).unwrap();
         near(distance(&bull, 2.0, -1.0), 1.0);
         near(distance(&bull, 3.0 + 3.0, 2.0 - 4.0), 3.0); // 3, 4 from the corner's centre (3, 2), less 2
+        near(distance(&bull.raised(7.0), 2.0, 6.0), 1.0);
+        near(bull.radius_mm(), 5.0);
         let cone = Profile::cone(0.0, 4.0, 3.0).unwrap();
         near(distance(&cone, 4.0, 0.0), 2.4); // the line 3 ρ = 4 z: |12| / 5
-        let barrel = Profile::barrel(3.0, 5.0, 6.0).unwrap(); // centre at (3 - 4, 3)
-        near(barrel.radius_mm(), 4.0);
-        near(distance(&barrel, 6.0, 3.0), 2.0);
-        let lollipop = Profile::lollipop(5.0, 3.0, 20.0).unwrap(); // ball to z = 9
-        near(lollipop.radius_mm(), 5.0);
-        near(distance(&lollipop, 4.0, 15.0), 1.0);
-        near(distance(&lollipop, 3.0, 15.0), 0.0);
-        near(distance(&lollipop.raised(7.0), 4.0, 22.0), 1.0);
     }
 
     #[test]
@@ -329,9 +279,6 @@ mod tests {
         near(ball.radius_between_mm(0.0, 1.0), 3.0);
         near(ball.radius_between_mm(0.0, 30.0), 5.0);
         near(ball.radius_between_mm(21.0, 30.0), 0.0);
-        let lollipop = Profile::lollipop(5.0, 3.0, 20.0).unwrap();
-        near(lollipop.radius_between_mm(4.0, 6.0), 5.0); // the widest circle is between
-        near(lollipop.radius_between_mm(10.0, 12.0), 3.0);
         assert_eq!(Profile::cylinder(5.0, 20.0).unwrap().heights_mm(), [0.0, 20.0]);
     }
 
@@ -343,29 +290,21 @@ mod tests {
             message(Profile::bull_nose(5.0, 6.0, 20.0)),
             "corner radius is 6 mm; it must be between 0 and the radius"
         );
-        assert!(Profile::ball(5.0, f64::NAN).is_err() && Profile::barrel(3.0, 2.0, 6.0).is_err());
-        assert!(Profile::lollipop(5.0, 3.0, 8.0).is_err() && Profile::cone(0.0, 0.0, 1.0).is_err());
+        assert!(Profile::ball(5.0, f64::NAN).is_err() && Profile::cone(0.0, 0.0, 1.0).is_err());
     }
 
     proptest! {
         /// Compares a profile with arcs with the same profile of many short lines, which shares no formula with arcs.
         #[test]
-        fn arcs_are_as_far_as_their_chords(rho in 0.0..15.0f64, z in -8.0..30.0f64, which in 0..3) {
-            let (exact, outline): (Profile, Vec<(P2, f64, f64, f64)>) = match which {
-                // Centre, radius, angles of the arc.
-                0 => (Profile::ball(6.0, 20.0).unwrap(), vec![(P2::new(0.0, 6.0), 6.0, -90.0, 0.0)]),
-                1 => (Profile::bull_nose(6.0, 2.0, 20.0).unwrap(), vec![(P2::new(4.0, 2.0), 2.0, -90.0, 0.0)]),
-                _ => (Profile::barrel(3.0, 12.5, 20.0).unwrap(), vec![(P2::new(3.0 - 7.5, 10.0), 12.5, -53.130_102_354_155_98, 53.130_102_354_155_98)]),
-            };
+        fn arcs_are_as_far_as_their_chords(rho in 0.0..15.0f64, z in -8.0..30.0f64, is_ball in any::<bool>()) {
+            let corner = if is_ball { 6.0 } else { 2.0 };
+            let exact = Profile::bull_nose(6.0, corner, 20.0).unwrap();
             let mut points = vec![P2::origin()];
-            for (centre, radius, from, to) in outline {
-                points.extend((0..=4000).map(|k| {
-                    let angle = (from + (to - from) * f64::from(k) / 4000.0).to_radians();
-                    centre + Vector2::new(angle.cos(), angle.sin()) * radius
-                }));
-            }
-            let top = if which == 2 { P2::new(3.0, 20.0) } else { P2::new(6.0, 20.0) };
-            points.extend([top, P2::new(0.0, 20.0)]);
+            points.extend((0..=4000).map(|k| {
+                let angle = (f64::from(k) / 4000.0 - 1.0) * FRAC_PI_2;
+                P2::new(6.0 - corner, corner) + Vector2::new(angle.cos(), angle.sin()) * corner
+            }));
+            points.extend([P2::new(6.0, 20.0), P2::new(0.0, 20.0)]);
             let chords = Profile::of_lines(&points);
             let (found, expected) = (distance(&exact, rho, z), distance(&chords, rho, z));
             prop_assert!((found - expected).abs() < 1e-5, "{found}, by chords {expected}");

@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn every_level_holds_the_body() {
-        for body in [stepped(), Body { kind: BodyKind::Cutter, profile: Profile::lollipop(5.0, 2.0, 30.0).unwrap() }] {
+        for body in [stepped(), Body { kind: BodyKind::Cutter, profile: Profile::ball(5.0, 30.0).unwrap() }] {
             for level in SecondLevel::ALL {
                 let boxes =
                     if level == SecondLevel::None { vec![body.first_level()] } else { body.second_level(level) };
