@@ -38,7 +38,7 @@ impl Drawing for Figure<'_> {
         SIZE
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let panels = [("judge", "idle"), ("judge", "busy"), ("network", "idle"), ("network", "busy")];
         let [left, right, top, bottom] = MARGINS;
         let width = (SIZE.0 as i32 - left - right) / panels.len() as i32;

@@ -137,7 +137,7 @@ impl Drawing for Factors {
         ((SHARES_PX + AXIS_PX + self.levels_width() + GAP_PX) as u32, (self.responses.len() as i32 * ROW_PX) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         for (row, place) in self.responses.iter().zip(area.split_evenly((self.responses.len(), 1))) {
             label(&place, row.title, PANEL_PX, (16, 24), HPos::Left)?;
             row.draw_shares(&place)?;
@@ -148,7 +148,7 @@ impl Drawing for Factors {
 }
 
 impl Response {
-    fn draw_shares<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw_shares(&self, area: &Area<'_>) -> DrawResult {
         let line = (ROW_PX - TOP_PX - 16) / self.shares.len() as i32;
         let full = f64::from(SHARES_PX - NAMES_PX - 110);
         for (i, row) in self.shares.iter().enumerate() {
@@ -167,7 +167,7 @@ impl Response {
         Ok(())
     }
 
-    fn draw_effects<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw_effects(&self, area: &Area<'_>) -> DrawResult {
         let values = self.effects.iter().flatten().flat_map(|row| [row.effect, row.low, row.high, 0.9, 1.1]);
         let (low, high) = Scale::Log.range(values);
         let (top, bottom) = (TOP_PX, ROW_PX - BOTTOM_PX);

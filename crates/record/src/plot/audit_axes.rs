@@ -54,7 +54,7 @@ impl Drawing for ExitAxes {
         (WIDTH as u32, (self.panels.len() as i32 * PANEL_HEIGHT) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         for ((scene, bars), place) in self.panels.iter().zip(area.split_evenly((self.panels.len(), 1))) {
             label(&place, scene, PANEL_PX, (WIDTH / 2, 22), HPos::Center)?;
             let slot = (WIDTH - LEFT_PX - 20) / bars.len() as i32;

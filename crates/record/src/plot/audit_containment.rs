@@ -79,7 +79,7 @@ impl Drawing for Containment {
         (width as u32, (TOP_PX + self.orientations.len() as i32 * CELL.1 + 30) as u32)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         for (o, name) in self.orientations.iter().enumerate() {
             label(area, name, TEXT_PX, (NAMES_PX - 14, TOP_PX + o as i32 * CELL.1 + CELL.1 / 2), HPos::Right)?;
         }

@@ -153,13 +153,13 @@ impl Drawing for Boxes {
         (2 * VIEW_WIDTH + LEGEND_PX, self.views.len().div_ceil(2) as u32 * VIEW_HEIGHT)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let (left, right) = area.split_horizontally(2 * VIEW_WIDTH);
         for (view, place) in self.views.iter().zip(left.split_evenly((self.views.len().div_ceil(2), 2))) {
             view.draw(&place)?;
         }
         let mut y = 60;
-        let mut line = |name: &str, style: ShapeStyle| -> DrawResult<DB> {
+        let mut line = |name: &str, style: ShapeStyle| -> DrawResult {
             right.draw(&PathElement::new(vec![(16, y), (56, y)], style))?;
             for words in wrap(name, 30) {
                 label(&right, &words, TEXT_PX, (66, y), HPos::Left)?;
@@ -207,7 +207,7 @@ impl View {
         })
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let [(left, right), (low, high)] = self.ranges();
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, text(PANEL_PX))

@@ -4,12 +4,13 @@
 //! in documents), as shipped by the crate `epaint_default_fonts`. The SVG names the generic family `sans-serif`, and the viewer chooses the
 //! font.
 
-use super::pixels::Pixels;
+use super::backend::Backend;
+use ab_glyph::FontRef;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{self, BufWriter};
 use std::path::Path;
 use std::sync::Once;
 
@@ -30,12 +31,12 @@ pub const TEXT_PX: u32 = 21;
 const TITLE_STRIP_PX: u32 = 56;
 
 /// The surface that figures are drawn on.
-pub type Area<DB> = DrawingArea<DB, Shift>;
+pub type Area<'a> = DrawingArea<Backend<'a>, Shift>;
 
-/// Result of drawing on a backend.
-pub type DrawResult<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
+/// Result of drawing.
+pub type DrawResult = Result<(), DrawingAreaErrorKind<io::Error>>;
 
-/// Something that can be drawn on any backend.
+/// Something that can be drawn.
 pub trait Drawing {
     /// Width and height, px.
     fn size(&self) -> (u32, u32);
@@ -44,25 +45,25 @@ pub trait Drawing {
     ///
     /// # Errors
     /// When the backend reports an error.
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB>;
+    fn draw(&self, area: &Area<'_>) -> DrawResult;
 }
 
 /// A drawing with a title above it.
-#[derive(Clone, Copy, Debug)]
-pub struct Titled<'a, D> {
+#[derive(Clone, Copy)]
+pub struct Titled<'a> {
     /// The title.
     pub title: &'a str,
     /// The drawing.
-    pub drawing: &'a D,
+    pub drawing: &'a dyn Drawing,
 }
 
-impl<D: Drawing> Drawing for Titled<'_, D> {
+impl Drawing for Titled<'_> {
     fn size(&self) -> (u32, u32) {
         let (width, height) = self.drawing.size();
         (width, height + TITLE_STRIP_PX)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let (strip, rest) = area.split_vertically(TITLE_STRIP_PX);
         strip.draw_text(self.title, &text(TITLE_PX), (16, 16))?;
         self.drawing.draw(&rest)
@@ -84,7 +85,7 @@ pub(super) fn register() -> Result<(), String> {
     result
 }
 
-fn paint<D: Drawing, DB: DrawingBackend>(drawing: &D, backend: DB) -> Result<(), String> {
+fn paint(drawing: &dyn Drawing, backend: Backend<'_>) -> Result<(), String> {
     let area = backend.into_drawing_area();
     area.fill(&WHITE)
         .and_then(|()| drawing.draw(&area))
@@ -96,10 +97,10 @@ fn paint<D: Drawing, DB: DrawingBackend>(drawing: &D, backend: DB) -> Result<(),
 ///
 /// # Errors
 /// The error of the drawing library.
-pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
+pub fn svg(drawing: &dyn Drawing) -> Result<String, String> {
     register()?;
     let mut text = String::new();
-    paint(drawing, SVGBackend::with_string(&mut text, drawing.size()))?;
+    paint(drawing, Backend::Svg(SVGBackend::with_string(&mut text, drawing.size())))?;
     Ok(text)
 }
 
@@ -107,7 +108,7 @@ pub fn svg<D: Drawing>(drawing: &D) -> Result<String, String> {
 ///
 /// # Errors
 /// The error of the drawing library or the file system.
-pub fn write_png<D: Drawing>(drawing: &D, path: &Path) -> Result<(), String> {
+pub fn write_png(drawing: &dyn Drawing, path: &Path) -> Result<(), String> {
     let (width, height) = drawing.size();
     write_pixels(&pixels(drawing)?, (width as usize, height as usize), path)
 }
@@ -136,12 +137,12 @@ pub fn write_pixels(rgb: &[u8], (width, height): (usize, usize), path: &Path) ->
 ///
 /// # Errors
 /// The error of the drawing library.
-pub fn pixels<D: Drawing>(drawing: &D) -> Result<Vec<u8>, String> {
+pub fn pixels(drawing: &dyn Drawing) -> Result<Vec<u8>, String> {
     register()?;
     let (width, height) = drawing.size();
     let mut buffer = vec![0; (width * height * 3) as usize];
     let bitmap = BitMapBackend::with_buffer(&mut buffer, (width, height));
-    let pixels = Pixels::new(bitmap, epaint_default_fonts::UBUNTU_LIGHT).ok_or(NO_FONT)?;
-    paint(drawing, pixels)?;
+    let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).map_err(|_| NO_FONT)?;
+    paint(drawing, Backend::Pixels(bitmap, Box::new(font)))?;
     Ok(buffer)
 }

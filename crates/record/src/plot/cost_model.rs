@@ -49,7 +49,7 @@ impl Drawing for CostModel {
         (self.panels.len() as u32 * PANEL.0 + LEGEND_PX, PANEL.1.max(legend_height(&self.entries)))
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let (left, right) = area.split_horizontally(self.panels.len() as u32 * PANEL.0);
         for ((scene, points), place) in self.panels.iter().zip(left.split_evenly((1, self.panels.len()))) {
             panel(&place, scene, points)?;
@@ -58,7 +58,7 @@ impl Drawing for CostModel {
     }
 }
 
-fn panel<DB: DrawingBackend>(area: &Area<DB>, scene: &str, points: &[Point]) -> DrawResult<DB> {
+fn panel(area: &Area<'_>, scene: &str, points: &[Point]) -> DrawResult {
     let (low, high) = Scale::Log.range(points.iter().flat_map(|(_, measured, predicted)| [*measured, *predicted]));
     let axis = || Axis { ends: (low, high), ticks: Scale::Log.ticks(low, high) };
     let mut chart = ChartBuilder::on(area)

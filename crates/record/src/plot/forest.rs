@@ -151,7 +151,7 @@ impl Drawing for Forest {
         (LABELS_PX + self.panels.len() as u32 * PANEL_PX_WIDE, height)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let (names, panels) = area.split_horizontally(LABELS_PX);
         let middle = |i: usize| HEADER_PX as i32 + i as i32 * LINE_PX + LINE_PX / 2;
         for (i, line) in self.lines.iter().enumerate() {
@@ -172,13 +172,13 @@ impl Forest {
         Scale::Log.range(bars.flat_map(|bar| [bar.ratio, bar.low, bar.high, 0.9, 1.1]))
     }
 
-    fn panel<DB: DrawingBackend>(
+    fn panel(
         &self,
-        area: &Area<DB>,
+        area: &Area<'_>,
         scene: usize,
         (low, high): (f64, f64),
         middle: &impl Fn(usize) -> i32,
-    ) -> DrawResult<DB> {
+    ) -> DrawResult {
         label(area, &self.panels[scene], PANEL_PX, (PANEL_PX_WIDE as i32 / 2, 22), HPos::Center)?;
         let height = self.lines.len() as i32 * LINE_PX;
         let mut chart = ChartBuilder::on(area)

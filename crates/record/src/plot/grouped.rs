@@ -143,7 +143,7 @@ impl Drawing for Grouped {
         (self.columns as u32 * panel_width(self.columns) + LEGEND_PX, height)
     }
 
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let width = self.columns as u32 * panel_width(self.columns);
         let (left, right) = area.split_horizontally(width);
         let rows = self.panels.len().div_ceil(self.columns);
@@ -155,7 +155,7 @@ impl Drawing for Grouped {
 }
 
 impl Panel {
-    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> DrawResult<DB> {
+    fn draw(&self, area: &Area<'_>) -> DrawResult {
         let points = || self.series.iter().flat_map(|series| series.points.iter().flatten());
         let values = points().flat_map(|p| [p.value, p.low, p.high]).chain(self.reference);
         let (mut low, high) = self.scale.range(values);
@@ -211,13 +211,7 @@ impl Panel {
     }
 
     /// Draws the marks of a series in its slot of each category; bars stand on `bottom`.
-    fn draw_series<DB: DrawingBackend>(
-        &self,
-        area: &Area<DB>,
-        s: usize,
-        bottom: f64,
-        pixel: &impl Fn(f64, f64) -> Pixel,
-    ) -> DrawResult<DB> {
+    fn draw_series(&self, area: &Area<'_>, s: usize, bottom: f64, pixel: &impl Fn(f64, f64) -> Pixel) -> DrawResult {
         let slot = 0.84 / self.series.len() as f64;
         let offset = if self.form == Form::Lines { 0.5 } else { 0.08 + slot * (s as f64 + 0.5) };
         let Series { entry, points } = &self.series[s];

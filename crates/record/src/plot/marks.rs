@@ -102,7 +102,7 @@ impl Look {
     ///
     /// # Errors
     /// When the backend refuses.
-    pub fn mark<DB: DrawingBackend>(self, area: &Area<DB>, (x, y): Pixel) -> DrawResult<DB> {
+    pub fn mark(self, area: &Area<'_>, (x, y): Pixel) -> DrawResult {
         let fill = if self.is_hollow { WHITE } else { self.colour };
         let corners: Vec<Pixel> = self.shape.corners().into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
         if corners.is_empty() {
@@ -118,7 +118,7 @@ impl Look {
     ///
     /// # Errors
     /// When the backend refuses.
-    pub fn whisker<DB: DrawingBackend>(self, area: &Area<DB>, x: i32, from: i32, to: i32) -> DrawResult<DB> {
+    pub fn whisker(self, area: &Area<'_>, x: i32, from: i32, to: i32) -> DrawResult {
         let line = self.colour.stroke_width(2);
         area.draw(&PathElement::new(vec![(x, from), (x, to)], line))?;
         [from, to].into_iter().try_for_each(|y| area.draw(&PathElement::new(vec![(x - 4, y), (x + 4, y)], line)))
@@ -128,7 +128,7 @@ impl Look {
     ///
     /// # Errors
     /// When the backend refuses.
-    pub fn at_most<DB: DrawingBackend>(self, area: &Area<DB>, x: i32, y: i32) -> DrawResult<DB> {
+    pub fn at_most(self, area: &Area<'_>, x: i32, y: i32) -> DrawResult {
         const LENGTH: i32 = 24;
         let line = self.colour.stroke_width(2);
         self.mark(area, (x, y))?;
@@ -142,7 +142,7 @@ impl Look {
 ///
 /// # Errors
 /// When the backend refuses.
-pub fn label<DB: DrawingBackend>(area: &Area<DB>, words: &str, px: u32, at: Pixel, anchor: HPos) -> DrawResult<DB> {
+pub fn label(area: &Area<'_>, words: &str, px: u32, at: Pixel, anchor: HPos) -> DrawResult {
     area.draw_text(words, &text(px).pos(Pos::new(anchor, VPos::Center)), at)
 }
 
@@ -182,7 +182,7 @@ pub fn legend_height(entries: &[Entry]) -> u32 {
 ///
 /// # Errors
 /// When the backend refuses.
-pub fn legend<DB: DrawingBackend>(area: &Area<DB>, entries: &[Entry], (x, mut y): Pixel) -> DrawResult<DB> {
+pub fn legend(area: &Area<'_>, entries: &[Entry], (x, mut y): Pixel) -> DrawResult {
     for entry in entries {
         entry.look.mark(area, (x + RADIUS, y - TEXT_LIFT_PX))?;
         for line in wrap(&entry.label, LEGEND_CHARS) {
