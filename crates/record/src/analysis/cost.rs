@@ -11,7 +11,7 @@ use super::table::{Query, Scene};
 use super::{AnalysisError, grouped, ranking_workload};
 use crate::record::rows::CaseKey;
 use crate::record::{
-    CONTROL_WORKLOAD, COSTS, CostChunkRow, DEADLINES, Kind, Manifest, NULL_VARIANT, REPAY, Stratum, write_lines,
+    CASE_COSTS, CONTROL_WORKLOAD, CostChunkRow, DEADLINES, Kind, Manifest, NULL_VARIANT, REPAY, Stratum, write_lines,
     write_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,7 +27,7 @@ const SINGULAR: f64 = 1e-12;
 /// Costs in ns: of the query itself, of each volume test, and of each triangle test.
 type Costs = [f64; 3];
 
-/// A line of [`COSTS`].
+/// A line of [`CASE_COSTS`].
 type CostLine = (String, String, Costs, usize, f64, f64);
 /// A line of [`DEADLINES`]; the shares are those of [`CYCLES_MS`].
 type DeadlineLine = (String, String, String, f64, usize, f64, [f64; 4]);
@@ -70,7 +70,7 @@ pub fn write(folder: &Path, manifest: &Manifest, scenes: &BTreeMap<String, Scene
         }
     }
     let repay: Vec<RepayLine> = scenes.iter().flat_map(|(name, scene)| repay(name, scene, manifest)).collect();
-    write_lines(folder, COSTS, &costs)?;
+    write_lines(folder, CASE_COSTS, &costs)?;
     write_rows(folder, &chunks)?;
     write_lines(folder, DEADLINES, &deadlines)?;
     Ok(write_lines(folder, REPAY, &repay)?)

@@ -6,13 +6,13 @@ use super::vocabulary::Stratum;
 use serde::{Deserialize, Serialize};
 
 /// The files of these tables.
-pub const FILES: &[&str] = &[COSTS.file, CostChunkRow::FILE, DEADLINES.file, REPAY.file];
+pub const FILES: &[&str] = &[CASE_COSTS.file, CostChunkRow::FILE, DEADLINES.file, REPAY.file];
 
 row_file! { CostChunkRow => "cost_chunks.csv" }
 
 /// What the operations of one case cost on the machine of the run: T = setup + tests of volumes × cost + tests of triangles ×
 /// cost. Derived.
-pub const COSTS: Head = Head {
+pub const CASE_COSTS: Head = Head {
     file: "costs.csv",
     columns: "variant,policy,setup_ns,volume_test_ns,triangle_test_ns,chunks,error_median,error_p95",
 };

@@ -6,7 +6,7 @@ use crate::plot::data::entries;
 use crate::record::file::table_bytes;
 use crate::record::manifest::SceneEntry;
 use crate::record::{
-    AuditCellRow, AuditEffectRow, AuditShareRow, Band, COSTS, ClaimRow, CostChunkRow, DEADLINES, Head, Manifest,
+    AuditCellRow, AuditEffectRow, AuditShareRow, Band, CASE_COSTS, ClaimRow, CostChunkRow, DEADLINES, Head, Manifest,
     NULL_VARIANT, PeerRatioRow, PeerRow, REPAY, RatioRow, RecordError, Row, Stratum, SummaryRow, SweepSummaryRow,
     Table, TightnessRow, TreeRow, VerificationRow, has_rows,
 };
@@ -229,7 +229,7 @@ impl Shelf<'_> {
         self.add::<RatioRow>()?;
         self.add::<TightnessRow>()?;
         self.add::<TreeRow>()?;
-        for Head { file, .. } in [REPAY, COSTS, DEADLINES] {
+        for Head { file, .. } in [REPAY, CASE_COSTS, DEADLINES] {
             if self.folder.join(file).exists() {
                 self.put_file(file, self.room)?;
             }
