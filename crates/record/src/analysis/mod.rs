@@ -34,7 +34,7 @@ use thiserror::Error;
 
 pub use summary::ALL;
 
-/// Why a run cannot be analysed.
+/// Why a run cannot be analysed, drawn or reported.
 #[derive(Debug, Error)]
 pub enum AnalysisError {
     /// A record cannot be read or written.
@@ -96,6 +96,14 @@ pub enum AnalysisError {
         variant: String,
         /// The malformed text.
         policy: String,
+    },
+    /// The drawing library reported an error.
+    #[error("cannot draw {figure}: {problem}")]
+    Draw {
+        /// The figure.
+        figure: String,
+        /// What it said.
+        problem: String,
     },
 }
 

@@ -4,9 +4,9 @@ use super::data::Entry;
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::marks::Look;
 use super::ticks::{Scale, number};
-use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
+use super::{FOLDER, Gallery, Sketch, add, write_index};
 use crate::analysis::ablation::{self, Ablation, Counted, PARTS, Timed};
-use crate::analysis::distinct;
+use crate::analysis::{AnalysisError, distinct};
 use crate::record::Kind;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// When a record is missing or malformed, or a figure cannot be written.
-pub fn draw_ablation(folder: &Path) -> Result<Gallery, PlotError> {
+pub fn draw_ablation(folder: &Path) -> Result<Gallery, AnalysisError> {
     let Ablation { rows, times, .. } = Ablation::read(folder)?;
     let mut gallery = Gallery::default();
     add(folder, &mut gallery, parts(&rows, &times))?;

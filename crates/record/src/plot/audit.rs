@@ -4,9 +4,9 @@
 use super::canvas::{Area, DrawResult, Drawing, PANEL_PX, TEXT_PX};
 use super::marks::{Look, label};
 use super::ticks::Scale;
-use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
-use crate::analysis::ALL;
+use super::{FOLDER, Gallery, Sketch, add, write_index};
 use crate::analysis::audit::{RESPONSES, SAFE};
+use crate::analysis::{ALL, AnalysisError};
 use crate::record::audit::FACTORS;
 use crate::record::{AuditCellRow, AuditEffectRow, AuditShareRow, ExitRow, read_rows, read_rows_if_there};
 use plotters::prelude::*;
@@ -57,7 +57,7 @@ fn title_of(response: &str) -> &'static str {
 ///
 /// # Errors
 /// When a record is missing or malformed, or a figure cannot be written.
-pub fn draw_audit(folder: &Path) -> Result<Gallery, PlotError> {
+pub fn draw_audit(folder: &Path) -> Result<Gallery, AnalysisError> {
     let (effects, shares): (Vec<AuditEffectRow>, Vec<AuditShareRow>) = (read_rows(folder)?, read_rows(folder)?);
     let cells: Vec<AuditCellRow> = read_rows(folder)?;
     let mut gallery = Gallery::default();

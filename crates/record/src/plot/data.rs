@@ -1,7 +1,7 @@
 //! The records that figures use. A missing CSV file gives an empty list, and the figure states what is missing.
 
-use super::PlotError;
 use super::marks::Look;
+use crate::analysis::AnalysisError;
 use crate::analysis::claims::ClaimSet;
 use crate::analysis::ratios::Cases;
 use crate::record::manifest::VariantEntry;
@@ -64,7 +64,7 @@ impl Data {
     ///
     /// # Errors
     /// When the manifest is missing or anything is malformed.
-    pub fn read(folder: &Path) -> Result<Self, PlotError> {
+    pub fn read(folder: &Path) -> Result<Self, AnalysisError> {
         let manifest = Manifest::read(folder)?;
         Ok(Self {
             variants: entries(&manifest),

@@ -29,12 +29,10 @@ pub use audit::draw_audit;
 pub use sweep::draw_sweep;
 
 use crate::analysis::AnalysisError;
-use crate::analysis::claims::ClaimsError;
-use crate::record::{RecordError, read_json, write_json, write_text};
+use crate::record::{read_json, write_json, write_text};
 use data::Data;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// The folder of the figures within a run's folder.
 pub const FOLDER: &str = "plots";
@@ -47,28 +45,6 @@ pub const PAPER_FIGURE: &str = "paper-figure-6";
 
 /// The list of figures in [`FOLDER`].
 const INDEX: &str = "figures.json";
-
-/// Why figures could not be made.
-#[derive(Debug, Error)]
-pub enum PlotError {
-    /// A record cannot be read, or a figure cannot be written.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// The run's claims cannot be read.
-    #[error(transparent)]
-    Claims(#[from] ClaimsError),
-    /// The records contradict one another.
-    #[error(transparent)]
-    Analysis(#[from] AnalysisError),
-    /// The drawing library reported an error.
-    #[error("cannot draw {figure}: {problem}")]
-    Draw {
-        /// The figure.
-        figure: String,
-        /// What it said.
-        problem: String,
-    },
-}
 
 /// A figure on disk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -128,7 +104,7 @@ pub struct Sketch<D> {
 ///
 /// # Errors
 /// When a record is malformed, the manifest is missing, or a figure cannot be written. A missing CSV file only skips figures.
-pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
+pub fn draw_all(folder: &Path) -> Result<Gallery, AnalysisError> {
     let data = Data::read(folder)?;
     let mut gallery = Gallery::default();
     add(folder, &mut gallery, paper_figure::sketch(&data))?;
@@ -154,7 +130,7 @@ pub fn draw_all(folder: &Path) -> Result<Gallery, PlotError> {
 }
 
 /// Writes the list of figures in `folder`, which [`read_gallery`] reads.
-fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
+fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), AnalysisError> {
     Ok(write_json(&folder.join(INDEX), gallery)?)
 }
 
@@ -162,7 +138,7 @@ fn write_index(folder: &Path, gallery: &Gallery) -> Result<(), PlotError> {
 ///
 /// # Errors
 /// When the list is malformed.
-pub fn read_gallery(folder: &Path) -> Result<Gallery, PlotError> {
+pub fn read_gallery(folder: &Path) -> Result<Gallery, AnalysisError> {
     let path = folder.join(FOLDER).join(INDEX);
     if !path.exists() {
         return Ok(Gallery::default());
@@ -170,14 +146,14 @@ pub fn read_gallery(folder: &Path) -> Result<Gallery, PlotError> {
     Ok(read_json(&path)?)
 }
 
-fn add<D: canvas::Drawing>(folder: &Path, gallery: &mut Gallery, sketch: Sketch<D>) -> Result<(), PlotError> {
+fn add<D: canvas::Drawing>(folder: &Path, gallery: &mut Gallery, sketch: Sketch<D>) -> Result<(), AnalysisError> {
     let name = sketch.name.to_owned();
     match sketch.drawing {
         Err(reason) => gallery.skipped.push(Skipped { name, reason: reason.to_owned() }),
         Ok(drawing) => {
             let stem = Path::new(FOLDER).join(&name);
             let (svg, png) = (stem.with_extension("svg"), stem.with_extension("png"));
-            let problem = |problem| PlotError::Draw { figure: name.clone(), problem };
+            let problem = |problem| AnalysisError::Draw { figure: name.clone(), problem };
             let titled = canvas::Titled { title: &sketch.title, drawing: &drawing };
             write_text(&folder.join(&svg), &canvas::svg(&titled).map_err(problem)?)?;
             canvas::write_png(&titled, &folder.join(&png)).map_err(problem)?;

@@ -3,10 +3,10 @@
 use super::data::{Entry, entries};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::{Scale, number};
-use super::{FOLDER, Gallery, PlotError, Sketch, add, write_index};
-use crate::analysis::distinct;
+use super::{FOLDER, Gallery, Sketch, add, write_index};
 use crate::analysis::growth::COSTS;
 use crate::analysis::summary::ALL;
+use crate::analysis::{AnalysisError, distinct};
 use crate::record::{BuildRow, Manifest, Stratum, SweepGrowthRow, SweepSummaryRow, has_rows, read_rows};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -24,7 +24,7 @@ const MEASURES: [(&str, &str, Scale); 5] = [
 ///
 /// # Errors
 /// When a record is missing or malformed, or the figure cannot be written.
-pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gallery, PlotError> {
+pub fn draw_sweep(folder: &Path, about: &str, axis: &'static str) -> Result<Gallery, AnalysisError> {
     let variants = entries(&Manifest::read(folder)?);
     let rows: Vec<SweepSummaryRow> = read_rows(folder)?;
     let mut gallery = Gallery::default();

@@ -1,8 +1,7 @@
 //! The report of an audit, `audit.md`: which factor matters, which cells are best, and what the boxes leave out.
 
-use super::ReportError;
 use crate::analysis::audit::{RESPONSES, SAFE};
-use crate::analysis::{ALL, distinct};
+use crate::analysis::{ALL, AnalysisError, distinct};
 use crate::plot::read_gallery;
 use crate::record::{AuditCellRow, AuditShareRow, Manifest, read_rows, write_text};
 use std::fmt::Write;
@@ -18,7 +17,7 @@ const BEST: usize = 12;
 ///
 /// # Errors
 /// When the audit has not been analysed, a record is malformed, or the file cannot be written.
-pub fn write_audit(folder: &Path) -> Result<PathBuf, ReportError> {
+pub fn write_audit(folder: &Path) -> Result<PathBuf, AnalysisError> {
     let manifest = Manifest::read(folder)?;
     let (cells, shares): (Vec<AuditCellRow>, Vec<AuditShareRow>) = (read_rows(folder)?, read_rows(folder)?);
     let mut text = heading(&manifest, &cells);

@@ -23,33 +23,18 @@ pub use page::escaped;
 pub use page::{Inset, PAGE_FILE, write_page};
 pub use terminal::{RankedRow, SentenceRow, ranked_rows, sentence_rows};
 
-use crate::analysis::claims::{self, ClaimSet, ClaimsError};
+use crate::analysis::claims::{self, ClaimSet};
 use crate::analysis::misses::Misses;
-use crate::analysis::{Ranked, noise, ranking};
-use crate::plot::{Gallery, PlotError, read_gallery};
+use crate::analysis::{AnalysisError, Ranked, noise, ranking};
+use crate::plot::{Gallery, read_gallery};
 use crate::record::{
-    ClaimRow, Manifest, PeerRatioRow, PeerRow, ProgramTimeRow, RatioRow, RecordError, SummaryRow, VarianceRow,
-    read_rows, read_rows_if_there, write_text,
+    ClaimRow, Manifest, PeerRatioRow, PeerRow, ProgramTimeRow, RatioRow, SummaryRow, VarianceRow, read_rows,
+    read_rows_if_there, write_text,
 };
 use std::path::{Path, PathBuf};
-use thiserror::Error;
 
 /// The report's file in a run's folder.
 pub const FILE: &str = "report.md";
-
-/// Why a report cannot be written.
-#[derive(Debug, Error)]
-pub enum ReportError {
-    /// A record cannot be read, or the report cannot be written.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// The run's claims cannot be read.
-    #[error(transparent)]
-    Claims(#[from] ClaimsError),
-    /// The list of figures cannot be read.
-    #[error(transparent)]
-    Plot(#[from] PlotError),
-}
 
 /// The data of a report, independent of its format.
 #[derive(Debug)]
@@ -87,7 +72,7 @@ impl Contents {
     ///
     /// # Errors
     /// When a record is missing or malformed. `claims.csv`, `summary.csv` and `ratios.csv` are written by the analysis.
-    pub fn read(folder: &Path) -> Result<Self, ReportError> {
+    pub fn read(folder: &Path) -> Result<Self, AnalysisError> {
         let manifest = Manifest::read(folder)?;
         let claims = ClaimSet::read(&folder.join(claims::FILE))?;
         let ratios: Vec<RatioRow> = read_rows(folder)?;
@@ -149,7 +134,7 @@ fn subject(claims: &ClaimSet, profile: &str) -> String {
 ///
 /// # Errors
 /// When the run has not been analysed, a record is malformed, or the file cannot be written.
-pub fn write(folder: &Path) -> Result<PathBuf, ReportError> {
+pub fn write(folder: &Path) -> Result<PathBuf, AnalysisError> {
     let path = folder.join(FILE);
     write_text(&path, &markdown::render(&Contents::read(folder)?))?;
     Ok(path)

@@ -1,7 +1,7 @@
 //! The data of the page's scripts, as JSON.
 
 use crate::analysis::claims::CaseRef;
-use crate::analysis::{ALL, Ranked, ranked_by};
+use crate::analysis::{ALL, AnalysisError, Ranked, ranked_by};
 use crate::plot::data::entries;
 use crate::record::file::table_bytes;
 use crate::record::manifest::SceneEntry;
@@ -12,7 +12,7 @@ use crate::record::{
 };
 use crate::report::programs::{self, ProgramTotals};
 use crate::report::sentences::{Group, blocks, sentences, words};
-use crate::report::{Contents, ReportError, Statement, answer, quantity};
+use crate::report::{Contents, Statement, answer, quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -108,7 +108,7 @@ impl<'a> PageData<'a> {
     ///
     /// # Errors
     /// When a record is malformed.
-    pub fn read(folder: &Path, contents: &'a Contents) -> Result<Self, ReportError> {
+    pub fn read(folder: &Path, contents: &'a Contents) -> Result<Self, AnalysisError> {
         let mut shelf = Shelf { folder, tables: BTreeMap::new(), left_out: Vec::new(), room: MOST_BYTES };
         shelf.fill()?;
         let claims = claims(contents);

@@ -6,7 +6,8 @@
 
 mod data;
 
-use super::{Contents, ReportError};
+use super::Contents;
+use crate::analysis::AnalysisError;
 use crate::record::write_text;
 use data::PageData;
 use std::path::{Path, PathBuf};
@@ -50,7 +51,7 @@ pub struct Inset {
 ///
 /// # Errors
 /// When the run has not been analysed, a record is malformed, or the file cannot be written.
-pub fn write_page(folder: &Path, insets: &[Inset]) -> Result<PathBuf, ReportError> {
+pub fn write_page(folder: &Path, insets: &[Inset]) -> Result<PathBuf, AnalysisError> {
     let path = folder.join(PAGE_FILE);
     let contents = Contents::read(folder)?;
     let data = PageData::read(folder, &contents)?;
