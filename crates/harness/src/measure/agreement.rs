@@ -176,8 +176,7 @@ impl AgreementRun {
         let mut found = Agreement::default();
         for prepared in scenes {
             let generate = if seed == self.asked.first_seed { workload::generate } else { workload::generate_drawn };
-            let workloads =
-                generate(prepared.scene, self.asked.poses, seed).map_err(super::judged::JudgeError::from)?;
+            let workloads = generate(prepared.scene, self.asked.poses, seed)?;
             let pairs: usize = workloads.iter().map(|workload| workload.pairs.len()).sum();
             for workload in &workloads {
                 for posed in &workload.pairs {

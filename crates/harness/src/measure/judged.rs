@@ -1,15 +1,14 @@
 //! Poses with their truth: what every variant's verdict is held against.
 
-use super::Progress;
 use super::measured::ProgramQuery;
 use super::plan::Plan;
+use super::{MeasureError, Progress};
 use crate::geometry::Isometry;
 use crate::record::{Band, Stratum};
 use crate::scene::{Pair, ProgramRun, Scene};
-use crate::truth::{self, CacheError, Judgement, PairOracle, Sought, TruthCache, TruthKey, Verdict};
-use crate::workload::{self, PairPoses, PairSteps, PosedPair, Source, Workload, WorkloadError};
+use crate::truth::{self, Judgement, PairOracle, Sought, TruthCache, TruthKey, Verdict};
+use crate::workload::{self, PairPoses, PairSteps, PosedPair, Source, Workload};
 use std::sync::Arc;
-use thiserror::Error;
 
 /// A pose and its truth.
 #[derive(Clone, Debug)]
@@ -59,17 +58,6 @@ pub struct JudgedPair {
     pub poses: Vec<JudgedPose>,
 }
 
-/// Why poses could not be judged.
-#[derive(Debug, Error)]
-pub enum JudgeError {
-    /// The workload cannot be made.
-    #[error(transparent)]
-    Workload(#[from] WorkloadError),
-    /// The truth cannot be stored.
-    #[error(transparent)]
-    Cache(#[from] CacheError),
-}
-
 impl JudgedPose {
     /// Whether the surfaces touch; exact.
     pub const fn touches(&self) -> bool {
@@ -96,7 +84,7 @@ pub fn judge(
     strata: Strata,
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
-) -> Result<Vec<JudgedPair>, JudgeError> {
+) -> Result<Vec<JudgedPair>, MeasureError> {
     let workloads = workload::generate(scene, poses, plan.selection.seed)?;
     let asked = &plan.selection.workloads;
     let chosen: Vec<&Workload> =
@@ -124,7 +112,7 @@ pub fn judge_program(
     run: &ProgramRun,
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
-) -> Result<Vec<ProgramQuery>, JudgeError> {
+) -> Result<Vec<ProgramQuery>, MeasureError> {
     let pairs = workload::along(scene, run, plan.budget.program_steps)?;
     let total = pairs.iter().map(|pair| pair.steps.len() as u64).sum();
     progress.begin(&format!("{}: exact truth along {}", scene.name, run.file.display()), total);
@@ -154,7 +142,7 @@ fn judgements(
     strata: Strata,
     cache: Option<&TruthCache>,
     progress: &dyn Progress,
-) -> Result<Vec<Judgement>, JudgeError> {
+) -> Result<Vec<Judgement>, MeasureError> {
     let mesh = |part: usize| Arc::clone(&scene.parts[part].mesh);
     let oracle = PairOracle::new(mesh(pair.pair.a), mesh(pair.pair.b));
     let poses: Vec<Isometry> = pair.poses.iter().map(|pose| pose.a_from_b).collect();

@@ -1,9 +1,9 @@
 //! What is counted and timed in a scene: chunks of its workloads, and whole programs up to their first collision.
 
-use super::Progress;
 use super::chunk::{self, Chunk, Participants};
-use super::judged::{self, JudgeError, JudgedPair, JudgedPose, Strata};
+use super::judged::{self, JudgedPair, JudgedPose, Strata};
 use super::plan::Plan;
+use super::{MeasureError, Progress};
 use crate::geometry::Isometry;
 use crate::record::{CONTROL_WORKLOAD, PROGRAM_TIME, PoseRow};
 use crate::scene::{Pair, ProgramRun, Scene};
@@ -70,7 +70,7 @@ impl Measured {
         scene: &Scene,
         cache: Option<&TruthCache>,
         progress: &dyn Progress,
-    ) -> Result<Self, JudgeError> {
+    ) -> Result<Self, MeasureError> {
         let poses = plan.budget.measure_poses;
         let judged = judged::judge(plan, scene, poses * POSE_RESERVE, Strata::Sought, cache, progress)?;
         let chunks = chunk::select(&judged, poses);

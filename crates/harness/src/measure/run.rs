@@ -4,11 +4,13 @@
 //! timings of a scene in one launch. A shard carries out its share of them and keeps them; [`super::shard::merge`] joins shards.
 
 use super::folder::{Folder, RawTable, write_unit};
-use super::judged::{self, JudgeError};
+use super::judged;
 use super::measured::Measured;
-use super::plan::{Case, Plan};
+use super::plan::{Case, Plan, PlanError};
 use super::{Progress, accuracy, binaries, build, counts, environment, exits, query, shape, single, timer};
 use crate::geometry::cross_check::cross_check;
+use crate::geometry::shapes::ShapeError;
+use crate::interference::profile::ProfileError;
 use crate::record::manifest::{CrossCheckEntry, MachineFacts, Stage};
 use crate::record::{
     AnswerRow, BuildRow, CaseRow, ExitRow, LineRow, Manifest, MissRow, OutlineRow, PoseRow, RecordError, Row,
@@ -16,7 +18,8 @@ use crate::record::{
     write_json, write_rows, write_text,
 };
 use crate::scene::Scene;
-use crate::truth::TruthCache;
+use crate::truth::{CacheError, TruthCache};
+use crate::workload::WorkloadError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -28,15 +31,27 @@ const NOISE_FILE: &str = "noise.txt";
 const CROSS_CHECK: &str = "cross-check";
 const CROSS_CHECK_FILE: &str = "cross-check.json";
 
-/// Why a run could not be opened or carried on.
+/// Why a run, an audit, a sweep or an ablation could not be opened or carried on.
 #[derive(Debug, Error)]
 pub enum MeasureError {
     /// A file could not be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The poses could not be judged.
+    /// The workload cannot be made.
     #[error(transparent)]
-    Judge(#[from] JudgeError),
+    Workload(#[from] WorkloadError),
+    /// The truth cannot be stored.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// A variant of a sweep is not registered.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A surface or the tool of the ablation cannot be meshed.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
+    /// The tool of the ablation has impossible dimensions.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
     /// The folder holds something that is not a run.
     #[error("{folder} is not empty and holds no {manifest}; name another folder with --out", folder = .0.display(), manifest = Manifest::FILE)]
     NotARun(PathBuf),
@@ -64,6 +79,17 @@ pub enum MeasureError {
         /// What there is.
         known: String,
     },
+    /// There is no sweep of that name.
+    #[error("there is no sweep `{asked}`; there are {known}")]
+    NoSuchSweep {
+        /// The name given.
+        asked: String,
+        /// The names of all sweeps.
+        known: String,
+    },
+    /// A body of a sweep cannot be made at the requested value.
+    #[error("a body of the sweep cannot be made: {0}")]
+    Body(String),
     /// A launch runs in a binary that is not the run's.
     #[error(
         "launch {launch} runs in {running}, but {expected} is the binary of its turn: they were built again since the run began; make the run again with --fresh"

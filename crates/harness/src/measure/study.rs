@@ -27,8 +27,6 @@ pub trait Study: Sync {
     type Place<'a>: Sync
     where
         Self: 'a;
-    /// Why the study cannot be carried out.
-    type Error: From<MeasureError> + Send;
 
     /// Names of the scenes.
     fn scenes(&self) -> Vec<String>;
@@ -47,7 +45,7 @@ pub trait Study: Sync {
     ///
     /// # Errors
     /// When bodies cannot be made or poses cannot be judged.
-    fn prepare<'a>(&'a self, scene: usize, progress: &dyn Progress) -> Result<Self::Place<'a>, Self::Error>;
+    fn prepare<'a>(&'a self, scene: usize, progress: &dyn Progress) -> Result<Self::Place<'a>, MeasureError>;
 
     /// What there is to say of a scene, whatever is counted.
     fn describe(&self, place: &Self::Place<'_>) -> Rows;
@@ -175,12 +173,12 @@ pub fn carry_out<S: Study>(
     folder: &mut Folder,
     timed: bool,
     progress: &dyn Progress,
-) -> Result<(), S::Error> {
+) -> Result<(), MeasureError> {
     let scenes = units(study, folder, timed);
     for ((number, scene), units) in study.scenes().iter().enumerate().zip(&scenes) {
         carry_out_scene(study, number, scene, units, progress)?;
     }
-    Ok(conclude(folder, scenes, timed).map_err(MeasureError::from)?)
+    Ok(conclude(folder, scenes, timed)?)
 }
 
 /// Joins the tables; a shard seals its units instead.
@@ -211,13 +209,13 @@ fn carry_out_scene<S: Study>(
     scene: &str,
     units: &Units,
     progress: &dyn Progress,
-) -> Result<(), S::Error> {
+) -> Result<(), MeasureError> {
     let lacking = |units: &[Unit]| (0..units.len()).filter(|&unit| units[unit].is_lacking()).collect::<Vec<usize>>();
     let (uncounted, untimed) = (lacking(&units.counts), lacking(&units.times));
     if uncounted.is_empty() && untimed.is_empty() && !units.description.is_lacking() {
         return Ok(());
     }
-    let write = |unit: &Path, rows: &Rows| write_unit(unit, |folder| rows.write(folder)).map_err(MeasureError::from);
+    let write = |unit: &Path, rows: &Rows| write_unit(unit, |folder| rows.write(folder));
     let place = study.prepare(number, progress)?;
     if units.description.is_lacking() {
         write(&units.description.path, &study.describe(&place))?;

@@ -14,29 +14,13 @@ use super::plan::Case;
 use super::shard::Shard;
 use super::study::{self, Rows, Study, timing_row};
 use super::{MeasureError, Profile, Progress, Silent};
-use crate::geometry::shapes::{Freeform, ShapeError};
-use crate::interference::profile::ProfileError;
+use crate::geometry::shapes::Freeform;
 use crate::interference::{Division, Search, SecondLevel};
 use crate::record::manifest::{Request, Stage};
 use crate::registry::Variant;
 use std::path::Path;
 use subject::ToolSubject;
-use thiserror::Error;
 use trial::{Ground, Trial};
-
-/// Why the ablation cannot be carried out.
-#[derive(Debug, Error)]
-pub enum AblationError {
-    /// A surface or the tool cannot be meshed.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// The tool has impossible dimensions.
-    #[error(transparent)]
-    Profile(#[from] ProfileError),
-    /// The folder cannot be used, or a record cannot be read or written.
-    #[error(transparent)]
-    Measure(#[from] MeasureError),
-}
 
 /// Amount of work of an ablation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -192,7 +176,7 @@ pub fn ablation(
     fresh: bool,
     timed: bool,
     progress: &dyn Progress,
-) -> Result<(), AblationError> {
+) -> Result<(), MeasureError> {
     carry_out(&Design::new(asked, budget(asked.profile))?, folder, fresh, timed, progress)
 }
 
@@ -202,7 +186,7 @@ fn carry_out(
     fresh: bool,
     timed: bool,
     progress: &dyn Progress,
-) -> Result<(), AblationError> {
+) -> Result<(), MeasureError> {
     let entries = vec![Case::of(design.asked.against).entry()];
     let whole = folder::begun(request(design.asked, &design.budget), entries);
     let shard = design.asked.shard;
@@ -214,7 +198,7 @@ fn carry_out(
 }
 
 impl<'a> Design<'a> {
-    fn new(asked: &'a Asked<'a>, budget: AblationBudget) -> Result<Self, AblationError> {
+    fn new(asked: &'a Asked<'a>, budget: AblationBudget) -> Result<Self, MeasureError> {
         let (names, surfaces): (Vec<&str>, Vec<Freeform>) = subject::surfaces().into_iter().unzip();
         let parts = |(surface, name): (usize, &&str)| Ablated {
             name: (*name).to_owned(),
@@ -234,7 +218,6 @@ impl Study for Design<'_> {
         = Vec<Trial>
     where
         Self: 'b;
-    type Error = AblationError;
 
     fn scenes(&self) -> Vec<String> {
         self.scenes.iter().map(|scene| scene.name.clone()).collect()
@@ -245,7 +228,7 @@ impl Study for Design<'_> {
         self.scenes[scene].forms.iter().map(name).collect()
     }
 
-    fn prepare(&self, scene: usize, progress: &dyn Progress) -> Result<Vec<Trial>, AblationError> {
+    fn prepare(&self, scene: usize, progress: &dyn Progress) -> Result<Vec<Trial>, MeasureError> {
         let Ablated { name, surface, forms } = &self.scenes[scene];
         progress.begin(&format!("{name}: octrees"), forms.len() as u64);
         let mut ground = Ground::new(name, &self.surfaces[*surface], &self.budget, &self.tool, self.asked.against);

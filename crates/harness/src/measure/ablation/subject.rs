@@ -1,6 +1,7 @@
 //! The subjects of the ablation: four free-form surfaces, a tool with its mesh, and the tool's paths over the surfaces.
 
-use super::{AblationBudget, AblationError};
+use super::super::MeasureError;
+use super::AblationBudget;
 use crate::geometry::shapes::outline::{OutlineCorner, OutlinePoint};
 use crate::geometry::shapes::{Freeform, Revolve, Shape, Tessellation};
 use crate::geometry::{Isometry, Mesh};
@@ -58,7 +59,7 @@ pub fn surfaces() -> Vec<(&'static str, Freeform)> {
 }
 
 /// A surface as a mesh.
-pub fn mesh(surface: &Freeform, density: f64) -> Result<Arc<Mesh>, AblationError> {
+pub fn mesh(surface: &Freeform, density: f64) -> Result<Arc<Mesh>, MeasureError> {
     Ok(Arc::new(Shape::Freeform(surface.clone()).mesh(&Tessellation { density, grading: 1.0 })?))
 }
 
@@ -76,7 +77,7 @@ pub struct ToolSubject {
 }
 
 impl ToolSubject {
-    pub fn new() -> Result<Self, AblationError> {
+    pub fn new() -> Result<Self, MeasureError> {
         let Corner { radius_mm: radius, corner_mm: corner } = CORNER;
         let [cut, neck, lower, shoulder, upper, top] = TOOL_MM;
         let points = [(0.0, neck), (lower, neck), (upper, shoulder), (upper, top), (0.0, top)];

@@ -1,8 +1,8 @@
 //! One form of the method over one surface, counted and timed.
 
-use super::super::timer;
+use super::super::{MeasureError, timer};
 use super::subject::{self, ToolSubject};
-use super::{AblationBudget, AblationError, BASE, Form};
+use super::{AblationBudget, BASE, Form};
 use crate::geometry::shapes::Freeform;
 use crate::geometry::{Isometry, Mesh};
 use crate::interference::detect::Allowance;
@@ -72,7 +72,7 @@ impl<'a> Ground<'a> {
     }
 
     /// Prepares a form, reusing what earlier forms have prepared.
-    pub fn trial(&mut self, form: Form) -> Result<Trial, AblationError> {
+    pub fn trial(&mut self, form: Form) -> Result<Trial, MeasureError> {
         let mesh = self.mesh(form.density)?;
         let (contender, build_ns) = if form.search.is_some() {
             let (octree, ns) = self.octree(&form, &mesh);
@@ -86,7 +86,7 @@ impl<'a> Ground<'a> {
         Ok(Trial { form, scene: self.scene.clone(), contender, mesh, build_ns, posed })
     }
 
-    fn mesh(&mut self, density: f64) -> Result<Arc<Mesh>, AblationError> {
+    fn mesh(&mut self, density: f64) -> Result<Arc<Mesh>, MeasureError> {
         if let Some((_, mesh)) = self.meshes.iter().find(|(of, _)| *of == density) {
             return Ok(Arc::clone(mesh));
         }

@@ -161,7 +161,6 @@ fn cells(orientations: &[String], leaves: &[u8]) -> Result<Vec<Cell>, MeasureErr
 
 impl Study for Design {
     type Place<'a> = Questions<'a>;
-    type Error = MeasureError;
 
     fn scenes(&self) -> Vec<String> {
         self.plan.scenes.iter().map(|scene| scene.name.clone()).collect()

@@ -30,7 +30,7 @@ pub mod npy;
 pub mod posed;
 pub mod verify;
 
-use super::judged::JudgeError;
+use super::MeasureError;
 use crate::geometry::MeshError;
 use crate::record::RecordError;
 use npy::NpyError;
@@ -129,7 +129,7 @@ impl FromStr for Mode {
 pub enum PeersError {
     /// The poses cannot be made or judged.
     #[error(transparent)]
-    Judge(#[from] JudgeError),
+    Measure(#[from] MeasureError),
     /// A file cannot be read or written.
     #[error(transparent)]
     Record(#[from] RecordError),

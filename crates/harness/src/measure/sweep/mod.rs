@@ -27,7 +27,6 @@ use rayon::prelude::*;
 use stage::{Bodies, Line, Quantity, stage};
 use std::path::Path;
 use std::sync::Arc;
-use thiserror::Error;
 
 /// Number of groups among which the lines are distributed; groups are the units of resampling.
 const GROUPS: u32 = 12;
@@ -146,28 +145,6 @@ pub struct Asked {
     pub shard: Option<Shard>,
 }
 
-/// Why a sweep cannot be carried out.
-#[derive(Debug, Error)]
-pub enum SweepError {
-    /// There is no sweep of that name.
-    #[error("there is no sweep `{asked}`; there are {known}")]
-    NoSuchSweep {
-        /// The name given.
-        asked: String,
-        /// The names of all sweeps.
-        known: String,
-    },
-    /// A variant is not registered.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// A body cannot be made at the requested value.
-    #[error("a body of the sweep cannot be made: {0}")]
-    Shape(String),
-    /// The folder cannot be used, or a file cannot be written.
-    #[error(transparent)]
-    Measure(#[from] MeasureError),
-}
-
 /// A sweep in its folder.
 #[derive(Debug)]
 pub struct SweepRun {
@@ -207,8 +184,8 @@ impl Sweep {
     ///
     /// # Errors
     /// When there is none of that name.
-    pub fn find(name: &str) -> Result<Self, SweepError> {
-        SWEEPS.into_iter().find(|sweep| sweep.name == name).ok_or_else(|| SweepError::NoSuchSweep {
+    pub fn find(name: &str) -> Result<Self, MeasureError> {
+        SWEEPS.into_iter().find(|sweep| sweep.name == name).ok_or_else(|| MeasureError::NoSuchSweep {
             asked: name.to_owned(),
             known: SWEEPS.map(|sweep| sweep.name).join(", "),
         })
@@ -248,7 +225,7 @@ impl SweepRun {
         registry: &Registry,
         folder: &Path,
         fresh: bool,
-    ) -> Result<Self, SweepError> {
+    ) -> Result<Self, MeasureError> {
         let cases = sweep.cases(asked, registry)?;
         let mut amount = amount(asked.profile);
         amount.density = asked.density.unwrap_or(amount.density);
@@ -261,7 +238,7 @@ impl SweepRun {
     ///
     /// # Errors
     /// When a body cannot be made or files cannot be written.
-    pub fn run(&mut self, timed: bool, progress: &dyn Progress) -> Result<(), SweepError> {
+    pub fn run(&mut self, timed: bool, progress: &dyn Progress) -> Result<(), MeasureError> {
         study::carry_out(&self.design, &mut self.folder, timed, progress)
     }
 }
@@ -292,13 +269,12 @@ impl Design {
 
 impl Study for Design {
     type Place<'a> = Place;
-    type Error = SweepError;
 
     fn scenes(&self) -> Vec<String> {
         self.values().into_iter().map(|x| self.name(x)).collect()
     }
 
-    fn prepare(&self, scene: usize, _: &dyn Progress) -> Result<Place, SweepError> {
+    fn prepare(&self, scene: usize, _: &dyn Progress) -> Result<Place, MeasureError> {
         let x = self.values()[scene];
         if self.sweep.quantity == Quantity::Precision {
             return Ok(Place { scene: self.name(x), x, ready: None });

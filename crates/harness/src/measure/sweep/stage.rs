@@ -4,7 +4,7 @@
 //! a hand wheel. Lines of approach are drawn once, on the bodies at the neutral value of the sweep, and used for every value. Nothing but
 //! the swept quantity changes.
 
-use super::SweepError;
+use super::super::MeasureError;
 use super::flip::flip_diagonals;
 use crate::geometry::shapes::{Shape, Tessellation};
 use crate::geometry::{Isometry, Mesh, Point, Vector};
@@ -117,10 +117,10 @@ struct Course {
 }
 
 /// Sets up the bodies of a sweep at the value `x`, with `lines` lines of approach.
-pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Bodies, SweepError> {
+pub fn stage(quantity: Quantity, x: f64, lines: usize, seed: u64) -> Result<Bodies, MeasureError> {
     let even = Tessellation { density: 0.5, grading: 1.0 };
     let with =
-        |tessellation: Tessellation| Ok::<_, SweepError>([mesh(FIXTURE, &tessellation)?, mesh(TOOL, &tessellation)?]);
+        |tessellation: Tessellation| Ok::<_, MeasureError>([mesh(FIXTURE, &tessellation)?, mesh(TOOL, &tessellation)?]);
     let neutral = match quantity {
         Quantity::Aspect => [mesh(FIXTURE, &even)?, bar(x)?],
         _ => with(even)?,
@@ -172,13 +172,13 @@ impl Bodies {
     }
 }
 
-fn mesh(shape: &str, tessellation: &Tessellation) -> Result<Mesh, SweepError> {
-    let shape: Shape = toml::from_str(shape).map_err(|error| SweepError::Shape(error.to_string()))?;
-    shape.mesh(tessellation).map_err(|error| SweepError::Shape(error.to_string()))
+fn mesh(shape: &str, tessellation: &Tessellation) -> Result<Mesh, MeasureError> {
+    let shape: Shape = toml::from_str(shape).map_err(|error| MeasureError::Body(error.to_string()))?;
+    shape.mesh(tessellation).map_err(|error| MeasureError::Body(error.to_string()))
 }
 
 /// A rounded bar along x of constant volume; `aspect` is the ratio of its length to its width and height.
-fn bar(aspect: f64) -> Result<Mesh, SweepError> {
+fn bar(aspect: f64) -> Result<Mesh, MeasureError> {
     let width = (BAR_MM3 / aspect).cbrt();
     let shape =
         format!("kind = 'rounded-box'\nsize_mm = [{:?}, {width:?}, {width:?}]\nfillet_mm = 2.0", aspect * width);
