@@ -15,16 +15,6 @@ pub struct Dop14;
 /// 1/√3.
 const D: f64 = 0.577_350_269_189_625_8;
 
-static NORMALS: [Vector; 7] = [
-    Vector::new(1.0, 0.0, 0.0),
-    Vector::new(0.0, 1.0, 0.0),
-    Vector::new(0.0, 0.0, 1.0),
-    Vector::new(D, D, D),
-    Vector::new(D, D, -D),
-    Vector::new(D, -D, D),
-    Vector::new(-D, D, D),
-];
-
 impl BoundingVolume for Dop14 {
     const INFO: Info = Info {
         id: "dop-14",
@@ -41,9 +31,15 @@ impl BoundingVolume for Dop14 {
 }
 
 impl Directions<7> for Dop14 {
-    fn normals() -> &'static [Vector; 7] {
-        &NORMALS
-    }
+    const NORMALS: &'static [Vector; 7] = &[
+        Vector::new(1.0, 0.0, 0.0),
+        Vector::new(0.0, 1.0, 0.0),
+        Vector::new(0.0, 0.0, 1.0),
+        Vector::new(D, D, D),
+        Vector::new(D, D, -D),
+        Vector::new(D, -D, D),
+        Vector::new(-D, D, D),
+    ];
 
     fn cones() -> &'static OnceLock<Vec<Cone>> {
         static CONES: OnceLock<Vec<Cone>> = OnceLock::new();

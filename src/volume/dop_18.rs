@@ -15,18 +15,6 @@ pub struct Dop18;
 /// 1/√2.
 const E: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-static NORMALS: [Vector; 9] = [
-    Vector::new(1.0, 0.0, 0.0),
-    Vector::new(0.0, 1.0, 0.0),
-    Vector::new(0.0, 0.0, 1.0),
-    Vector::new(E, E, 0.0),
-    Vector::new(E, -E, 0.0),
-    Vector::new(E, 0.0, E),
-    Vector::new(E, 0.0, -E),
-    Vector::new(0.0, E, E),
-    Vector::new(0.0, E, -E),
-];
-
 impl BoundingVolume for Dop18 {
     const INFO: Info = Info {
         id: "dop-18",
@@ -43,9 +31,17 @@ impl BoundingVolume for Dop18 {
 }
 
 impl Directions<9> for Dop18 {
-    fn normals() -> &'static [Vector; 9] {
-        &NORMALS
-    }
+    const NORMALS: &'static [Vector; 9] = &[
+        Vector::new(1.0, 0.0, 0.0),
+        Vector::new(0.0, 1.0, 0.0),
+        Vector::new(0.0, 0.0, 1.0),
+        Vector::new(E, E, 0.0),
+        Vector::new(E, -E, 0.0),
+        Vector::new(E, 0.0, E),
+        Vector::new(E, 0.0, -E),
+        Vector::new(0.0, E, E),
+        Vector::new(0.0, E, -E),
+    ];
 
     fn cones() -> &'static OnceLock<Vec<Cone>> {
         static CONES: OnceLock<Vec<Cone>> = OnceLock::new();

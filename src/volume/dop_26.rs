@@ -18,22 +18,6 @@ const D: f64 = 0.577_350_269_189_625_8;
 /// 1/√2.
 const E: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-static NORMALS: [Vector; 13] = [
-    Vector::new(1.0, 0.0, 0.0),
-    Vector::new(0.0, 1.0, 0.0),
-    Vector::new(0.0, 0.0, 1.0),
-    Vector::new(E, E, 0.0),
-    Vector::new(E, -E, 0.0),
-    Vector::new(E, 0.0, E),
-    Vector::new(E, 0.0, -E),
-    Vector::new(0.0, E, E),
-    Vector::new(0.0, E, -E),
-    Vector::new(D, D, D),
-    Vector::new(D, D, -D),
-    Vector::new(D, -D, D),
-    Vector::new(-D, D, D),
-];
-
 impl BoundingVolume for Dop26 {
     const INFO: Info = Info {
         id: "dop-26",
@@ -50,9 +34,21 @@ impl BoundingVolume for Dop26 {
 }
 
 impl Directions<13> for Dop26 {
-    fn normals() -> &'static [Vector; 13] {
-        &NORMALS
-    }
+    const NORMALS: &'static [Vector; 13] = &[
+        Vector::new(1.0, 0.0, 0.0),
+        Vector::new(0.0, 1.0, 0.0),
+        Vector::new(0.0, 0.0, 1.0),
+        Vector::new(E, E, 0.0),
+        Vector::new(E, -E, 0.0),
+        Vector::new(E, 0.0, E),
+        Vector::new(E, 0.0, -E),
+        Vector::new(0.0, E, E),
+        Vector::new(0.0, E, -E),
+        Vector::new(D, D, D),
+        Vector::new(D, D, -D),
+        Vector::new(D, -D, D),
+        Vector::new(-D, D, D),
+    ];
 
     fn cones() -> &'static OnceLock<Vec<Cone>> {
         static CONES: OnceLock<Vec<Cone>> = OnceLock::new();

@@ -12,8 +12,6 @@ use std::sync::OnceLock;
 #[derive(Clone, Copy, Debug)]
 pub struct Dop6;
 
-static NORMALS: [Vector; 3] = [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
-
 impl BoundingVolume for Dop6 {
     const INFO: Info = Info {
         id: "dop-6",
@@ -30,9 +28,8 @@ impl BoundingVolume for Dop6 {
 }
 
 impl Directions<3> for Dop6 {
-    fn normals() -> &'static [Vector; 3] {
-        &NORMALS
-    }
+    const NORMALS: &'static [Vector; 3] =
+        &[Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)];
 
     fn cones() -> &'static OnceLock<Vec<Cone>> {
         static CONES: OnceLock<Vec<Cone>> = OnceLock::new();

@@ -15,9 +15,6 @@ pub struct Dop8;
 /// 1/√3.
 const D: f64 = 0.577_350_269_189_625_8;
 
-static NORMALS: [Vector; 4] =
-    [Vector::new(D, D, D), Vector::new(D, D, -D), Vector::new(D, -D, D), Vector::new(-D, D, D)];
-
 impl BoundingVolume for Dop8 {
     const INFO: Info = Info {
         id: "dop-8",
@@ -34,9 +31,8 @@ impl BoundingVolume for Dop8 {
 }
 
 impl Directions<4> for Dop8 {
-    fn normals() -> &'static [Vector; 4] {
-        &NORMALS
-    }
+    const NORMALS: &'static [Vector; 4] =
+        &[Vector::new(D, D, D), Vector::new(D, D, -D), Vector::new(D, -D, D), Vector::new(-D, D, D)];
 
     fn cones() -> &'static OnceLock<Vec<Cone>> {
         static CONES: OnceLock<Vec<Cone>> = OnceLock::new();

@@ -44,7 +44,7 @@ pub struct VertexPose {
 fn meeting_points() -> &'static [([usize; 3], Matrix3<f64>)] {
     static MATRICES: OnceLock<Vec<([usize; 3], Matrix3<f64>)>> = OnceLock::new();
     MATRICES.get_or_init(|| {
-        let n = Dop8::normals();
+        let n = Dop8::NORMALS;
         let matrix = |three: [usize; 3]| {
             let rows = Matrix3::from_rows(&three.map(|k| n[k].transpose()));
             rows.try_inverse().map(|inverse| (three, inverse))
@@ -132,7 +132,7 @@ impl Shape for Dop8Vertex {
     fn pose(a_from_b: &Isometry) -> VertexPose {
         let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;
-        let normals = Dop8::normals();
+        let normals = Dop8::NORMALS;
         VertexPose {
             along_a: normals.map(|d| (rotation.tr_mul(&d), d.dot(&translation))),
             along_b: normals.map(|d| (rotation * d, -(rotation * d).dot(&translation))),

@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 /// A set of K directions.
 pub trait Directions<const K: usize>: Clone + Debug + Send + Sync + 'static {
     /// K unit vectors; no two are opposite, and at least three are independent.
-    fn normals() -> &'static [Vector; K];
+    const NORMALS: &'static [Vector; K];
     /// The cones over the facets of the hull of all 2K normals, computed once.
     fn cones() -> &'static OnceLock<Vec<Cone>>;
 }
@@ -63,7 +63,7 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
         let (mut high, mut negated_low) = ([f64::NEG_INFINITY; K], [f64::NEG_INFINITY; K]);
         let mut reach: f64 = 0.0;
         for corner in triangle::corners(triangles) {
-            for (k, normal) in D::normals().iter().enumerate() {
+            for (k, normal) in D::NORMALS.iter().enumerate() {
                 let x = normal.dot(&corner.coords);
                 high[k] = high[k].max(x);
                 negated_low[k] = negated_low[k].max(-x);
@@ -97,7 +97,7 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
     /// it.
     fn middle_of_slabs(&self) -> Point {
         let (mut gram, mut moment) = (Matrix3::zeros(), Vector::zeros());
-        for (k, normal) in D::normals().iter().enumerate() {
+        for (k, normal) in D::NORMALS.iter().enumerate() {
             gram += normal * normal.transpose();
             moment += normal * (0.5 * (self.high[k] - self.negated_low[k]));
         }
@@ -108,7 +108,7 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
         // The three widest-apart normals bound the polytope; a cube about its middle, twice its largest extent along any
         // slab divided by how flat the cones are, holds it.
         let size = self.high.iter().zip(&self.negated_low).map(|(high, low)| high + low).fold(0.0, f64::max);
-        let normals = D::normals();
+        let normals = D::NORMALS;
         let slabs = normals.iter().zip(self.high.iter().zip(&self.negated_low));
         Polytope::cube(&self.middle_of_slabs(), 4.0 * size + 1.0)
             .clip(slabs.flat_map(|(n, (high, negated_low))| [(*n, *high), (-n, *negated_low)]))
@@ -121,7 +121,7 @@ impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
     fn pose(a_from_b: &Isometry) -> DopPose<K> {
         let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;
-        let normals = D::normals();
+        let normals = D::NORMALS;
         DopPose {
             along_a: normals.map(|d| bound::<D, K>(&rotation.tr_mul(&d), d.dot(&translation))),
             along_b: normals.map(|d| bound::<D, K>(&(rotation * d), -(rotation * d).dot(&translation))),
@@ -167,7 +167,7 @@ impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
 impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
     /// The slack applies to each slab, so beyond an edge or a corner a contained point may be slightly farther away than the slack.
     fn contains(&self, point: &Point, slack_mm: f64) -> bool {
-        D::normals().iter().enumerate().all(|(k, normal)| {
+        D::NORMALS.iter().enumerate().all(|(k, normal)| {
             let x = normal.dot(&point.coords);
             x <= self.high[k] + slack_mm && -x <= self.negated_low[k] + slack_mm
         })
@@ -196,7 +196,7 @@ impl<D: Directions<K>, const K: usize> Solid for Dop<D, K> {
 /// The cone that contains `direction` (unit length), and the weights of its normals. Rounding may make the smallest weight about -1e-16; it
 /// is then set to zero, and the pad of the polytopes covers the difference.
 fn bound<D: Directions<K>, const K: usize>(direction: &Vector, shift: f64) -> Bound {
-    let cones = D::cones().get_or_init(|| cones_over_facets(D::normals()));
+    let cones = D::cones().get_or_init(|| cones_over_facets(D::NORMALS));
     let mut best = (f64::NEG_INFINITY, [0; 3], Vector::zeros());
     for cone in cones {
         let weights = cone.resolve * direction;

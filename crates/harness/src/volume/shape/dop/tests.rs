@@ -14,11 +14,11 @@ use obbtree::cases::meshes;
 #[test]
 fn the_hulls_of_the_normals_have_the_facets_of_their_solids() {
     let cones = |normals: &[Vector]| cones_over_facets(normals).len();
-    assert_eq!(cones(Dop6::normals()), 8); // octahedron
-    assert_eq!(cones(Dop8::normals()), 12); // cube: six squares
-    assert_eq!(cones(Dop14::normals()), 24); // tetrakis hexahedron
-    assert_eq!(cones(Dop18::normals()), 32); // 18 corners: 2·18 - 4
-    assert_eq!(cones(Dop26::normals()), 48); // 26 corners: 2·26 - 4
+    assert_eq!(cones(Dop6::NORMALS), 8); // octahedron
+    assert_eq!(cones(Dop8::NORMALS), 12); // cube: six squares
+    assert_eq!(cones(Dop14::NORMALS), 24); // tetrakis hexahedron
+    assert_eq!(cones(Dop18::NORMALS), 32); // 18 corners: 2·18 - 4
+    assert_eq!(cones(Dop26::NORMALS), 48); // 26 corners: 2·26 - 4
 }
 
 fn resolves<D: Directions<K>, const K: usize>() {
@@ -26,7 +26,7 @@ fn resolves<D: Directions<K>, const K: usize>() {
     for _ in 0..2000 {
         let e = draw.direction().into_inner();
         let bound = bound::<D, K>(&e, 0.0);
-        let normal = |m: usize| if m < K { D::normals()[m] } else { -D::normals()[m - K] };
+        let normal = |m: usize| if m < K { D::NORMALS[m] } else { -D::NORMALS[m - K] };
         let sum: Vector = bound.members.iter().zip(bound.weights).map(|(&m, w)| normal(m) * w).sum();
         assert!((sum - e).norm() < 1e-12 && bound.weights.iter().all(|w| *w >= 0.0), "{K} {e:?}");
     }
@@ -117,7 +117,7 @@ fn posed_nodes<D: Directions<K>, const K: usize>(nodes: u32) -> Outcome {
             let index = pick(trees[tree].nodes().len());
             let node = &trees[tree].nodes()[index];
             outcome.nodes += 1;
-            for (d, bound) in D::normals().iter().zip(&bounds.along_a) {
+            for (d, bound) in D::NORMALS.iter().zip(&bounds.along_a) {
                 let (negated_low, high) = node.volume.interval(bound);
                 let (direction, shift) = (rotation.tr_mul(d), d.dot(&pose.translation.vector));
                 for corner in triangle::corners(trees[tree].triangles_of(node)) {
