@@ -43,7 +43,7 @@ pub enum MeasureError {
     /// The truth cannot be stored.
     #[error(transparent)]
     Cache(#[from] CacheError),
-    /// A variant of a sweep is not registered.
+    /// The plan cannot be made.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// A surface or the tool of the ablation cannot be meshed.

@@ -6,7 +6,7 @@
 //! Deterministic tables then have the bytes of a run or study without shards.
 
 use super::folder::{self, Folder, difference};
-use super::plan::{Plan, PlanError};
+use super::plan::Plan;
 use super::run::{MeasureError, Run, stage_folder};
 use super::study;
 use crate::record::manifest::{PROTOCOL, ShardEntry, Stage};
@@ -70,12 +70,9 @@ impl FromStr for Shard {
 /// Why shards cannot be merged.
 #[derive(Debug, Error)]
 pub enum MergeError {
-    /// A folder cannot be read, or the run's folder cannot be written.
+    /// The plan cannot be made here, a folder cannot be read, or the run's folder cannot be written.
     #[error(transparent)]
     Measure(#[from] MeasureError),
-    /// The plan cannot be made here.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
     /// No shards are named.
     #[error("no shards are named")]
     None,
@@ -207,7 +204,7 @@ pub fn merge(
     if parts.iter().any(|part| part.manifest.program.hash != whole.program.hash) {
         whole.program.hash.clear();
     }
-    let mut plan = Plan::of_request(whole.request.clone(), registry)?;
+    let mut plan = Plan::of_request(whole.request.clone(), registry).map_err(MeasureError::from)?;
     plan.gzip |= gzip;
     // Shards may be of builds of other hosts, and so may what merges them.
     let mut here = Manifest { binaries: whole.binaries.clone(), ..plan.manifest() };
