@@ -70,20 +70,13 @@ fn sheets(thick: f64, axis: &str, program: &str) -> Scene {
     let scene = format!(
         r#"
 title = "Two sheets"
-[[machine.links]]
-name = "head"
-joint = {{ axis = "{axis}", {turns}direction = [{direction}] }}
-[[parts]]
-name = "wall"
-role = "fixture"
-at = {{ xyz_mm = [0, 0, {low}] }}
-shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }}
-[[parts]]
-name = "blade"
-link = "head"
-role = "shank"
-at = {{ xyz_mm = [0, 0, {low}] }}
-shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [[-10, -10], [12, -9], [11, 10], [-9, 11]] }}
+machine.links = [{{ name = "head", joint = {{ axis = "{axis}", {turns}direction = [{direction}] }} }}]
+parts = [
+  {{ name = "wall", role = "fixture", at = {{ xyz_mm = [0, 0, {low}] }}, shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [
+    [-30, -30], [30, -30], [30, 30], [-30, 30]] }} }},
+  {{ name = "blade", link = "head", role = "shank", at = {{ xyz_mm = [0, 0, {low}] }}, shape = {{ kind = "extrude", height_mm = {thick}, outline_mm = [
+    [-10, -10], [12, -9], [11, 10], [-9, 11]] }} }},
+]
 [program]
 file = "own.ngc"
 start = {{ {start} }}
@@ -127,18 +120,12 @@ fn contact_begins_where_its_move_is_first_unresolved() {
     // A holder with a corner in front passes a corner of a bracket by touching it at Y0, and runs into its wall behind that at Y24.
     let scene = r#"
 title = "A bracket beside a slide"
-[[machine.links]]
-name = "slide"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[parts]]
-name = "bracket"
-role = "fixture"
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [10, -10], [30, -10], [30, 40], [-20, 40], [-20, 30], [20, 30], [10, 10]] }
-[[parts]]
-name = "holder"
-role = "holder"
-link = "slide"
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [-6, 6], [-12, 0], [-6, -6]] }
+machine.links = [{ name = "slide", joint = { axis = "Y", direction = [0, 1, 0] } }]
+parts = [
+  { name = "bracket", role = "fixture", shape = { kind = "extrude", height_mm = 10, outline_mm = [
+    [0, 0], [10, -10], [30, -10], [30, 40], [-20, 40], [-20, 30], [20, 30], [10, 10]] } },
+  { name = "holder", role = "holder", link = "slide", shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, 0], [-6, 6], [-12, 0], [-6, -6]] } },
+]
 [program]
 file = "own.ngc"
 start = { y_mm = -20 }
@@ -158,27 +145,16 @@ start = { y_mm = -20 }
 fn fractions_are_of_the_move_and_not_of_the_leg_of_a_dog_leg() {
     let scene = r#"
 title = "A clamp at the end of a rapid"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[machine.links]]
-name = "z"
-parent = "y"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[parts]]
-name = "clamp"
-role = "fixture"
-at = { xyz_mm = [80, 10, 0] }
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[0, -5], [10, -5], [10, 5], [0, 5]] }
-[[parts]]
-name = "holder"
-role = "holder"
-link = "z"
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[-3, -3], [3, -3], [3, 3], [-3, 3]] }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "y", parent = "x", joint = { axis = "Y", direction = [0, 1, 0] } },
+  { name = "z", parent = "y", joint = { axis = "Z", direction = [0, 0, 1] } },
+]
+parts = [
+  { name = "clamp", role = "fixture", at = { xyz_mm = [80, 10, 0] }, shape = { kind = "extrude", height_mm = 10, outline_mm = [
+    [0, -5], [10, -5], [10, 5], [0, 5]] } },
+  { name = "holder", role = "holder", link = "z", shape = { kind = "extrude", height_mm = 10, outline_mm = [[-3, -3], [3, -3], [3, 3], [-3, 3]] } },
+]
 [program]
 file = "own.ngc"
 [program.tool_centre_point]
@@ -226,17 +202,11 @@ fn load_program(scene: &Scene, text: &str) -> Option<bvbench::scene::ProgramRun>
 fn what_lies_inside_the_other_is_not_free() {
     let scene = r#"
 title = "A box in a box"
-[[machine.links]]
-name = "head"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[parts]]
-name = "outer"
-shape = { kind = "rounded-box", size_mm = [100, 100, 100], fillet_mm = 0 }
-[[parts]]
-name = "inner"
-role = "holder"
-link = "head"
-shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 }
+machine.links = [{ name = "head", joint = { axis = "X", direction = [1, 0, 0] } }]
+parts = [
+  { name = "outer", shape = { kind = "rounded-box", size_mm = [100, 100, 100], fillet_mm = 0 } },
+  { name = "inner", role = "holder", link = "head", shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 } },
+]
 [program]
 file = "own.ngc"
 "#;
@@ -275,18 +245,11 @@ fn beside_holder(blocks: &str) -> String {
     format!(
         r#"
 title = "A holder and two blocks"
-[[machine.links]]
-name = "head"
-joint = {{ axis = "Z", direction = [0, 0, 1] }}
-[[parts]]
-name = "blocks"
-role = "fixture"
-{blocks}
-[[parts]]
-name = "holder"
-role = "holder"
-link = "head"
-shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0, 2]] }}
+machine.links = [{{ name = "head", joint = {{ axis = "Z", direction = [0, 0, 1] }} }}]
+parts = [
+  {{ name = "blocks", role = "fixture", {blocks} }},
+  {{ name = "holder", role = "holder", link = "head", shape = {{ kind = "extrude", height_mm = 2, outline_mm = [[-2, -2], [2, -2], [0, 2]] }} }},
+]
 [program]
 file = "own.ngc"
 start = {{ z_mm = 10 }}
@@ -340,23 +303,15 @@ fn a_mesh_with_a_component_of_no_volume_has_no_inside() {
 fn a_circle_that_ends_beside_its_start_is_certified() {
     let scene = r#"
 title = "A plate above another"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[parts]]
-name = "table"
-role = "fixture"
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }
-[[parts]]
-name = "plate"
-role = "holder"
-link = "y"
-at = { xyz_mm = [0, 0, 20] }
-shape = { kind = "extrude", height_mm = 10, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "y", parent = "x", joint = { axis = "Y", direction = [0, 1, 0] } },
+]
+parts = [
+  { name = "table", role = "fixture", shape = { kind = "extrude", height_mm = 10, outline_mm = [[-30, -30], [30, -30], [30, 30], [-30, 30]] } },
+  { name = "plate", role = "holder", link = "y", at = { xyz_mm = [0, 0, 20] }, shape = { kind = "extrude", height_mm = 10, outline_mm = [
+    [-30, -30], [30, -30], [30, 30], [-30, 30]] } },
+]
 [program]
 file = "own.ngc"
 "#;
@@ -373,30 +328,16 @@ file = "own.ngc"
 fn where_nothing_bounds_the_axes_no_distance_is_told() {
     let scene = r#"
 title = "A quill behind the tilt, led by the tip"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[machine.links]]
-name = "tilt"
-parent = "y"
-joint = { axis = "B", direction = [0, 1, 0] }
-[[machine.links]]
-name = "quill"
-parent = "tilt"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[parts]]
-name = "block"
-role = "fixture"
-shape = { kind = "rounded-box", size_mm = [20, 20, 20], fillet_mm = 0 }
-[[parts]]
-name = "chuck"
-role = "holder"
-link = "quill"
-shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "y", parent = "x", joint = { axis = "Y", direction = [0, 1, 0] } },
+  { name = "tilt", parent = "y", joint = { axis = "B", direction = [0, 1, 0] } },
+  { name = "quill", parent = "tilt", joint = { axis = "Z", direction = [0, 0, 1] } },
+]
+parts = [
+  { name = "block", role = "fixture", shape = { kind = "rounded-box", size_mm = [20, 20, 20], fillet_mm = 0 } },
+  { name = "chuck", role = "holder", link = "quill", shape = { kind = "rounded-box", size_mm = [10, 10, 10], fillet_mm = 0 } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 200 }
@@ -420,29 +361,15 @@ tool_centre_point = { tool_link = "quill" }
 fn a_rapid_through_the_workpiece_is_not_free_and_a_feed_is() {
     let scene = r#"
 title = "A block that is cut"
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "head"
-parent = "slide"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[parts]]
-name = "block"
-role = "workpiece"
-shape = { kind = "rounded-box", size_mm = [100, 40, 20], fillet_mm = 0 }
-[[parts]]
-name = "mill"
-role = "cutter"
-link = "head"
-at = { xyz_mm = [0, 0, 60] }
-shape = { kind = "rounded-box", size_mm = [8, 8, 80], fillet_mm = 0 }
-[[parts]]
-name = "chuck"
-role = "holder"
-link = "head"
-at = { xyz_mm = [0, 0, 120] }
-shape = { kind = "rounded-box", size_mm = [30, 30, 40], fillet_mm = 0 }
+machine.links = [
+  { name = "slide", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "head", parent = "slide", joint = { axis = "Z", direction = [0, 0, 1] } },
+]
+parts = [
+  { name = "block", role = "workpiece", shape = { kind = "rounded-box", size_mm = [100, 40, 20], fillet_mm = 0 } },
+  { name = "mill", role = "cutter", link = "head", at = { xyz_mm = [0, 0, 60] }, shape = { kind = "rounded-box", size_mm = [8, 8, 80], fillet_mm = 0 } },
+  { name = "chuck", role = "holder", link = "head", at = { xyz_mm = [0, 0, 120] }, shape = { kind = "rounded-box", size_mm = [30, 30, 40], fillet_mm = 0 } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 20 }
@@ -642,36 +569,17 @@ fn random_open_scene(random: &mut Pcg64, moves: usize) -> Scene {
         format!(
             r#"
 title = "An open vise"
-[[machine.links]]
-name = "x"
-joint = {{ axis = "X", direction = [1, 0, 0] }}
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = {{ axis = "Y", direction = [0, 1, 0] }}
-[[machine.links]]
-name = "z"
-parent = "y"
-joint = {{ axis = "Z", direction = [0, 0, 1] }}
-[[machine.links]]
-name = "tilt"
-parent = "z"
-joint = {{ axis = "B", direction = [0, 1, 0], point_mm = [0, 0, {of_tilt:.2}] }}
-[[machine.links]]
-name = "table"
-at = {{ xyz_mm = [0, 0, 0], rpy_deg = [0, 0, {turned:.1}] }}
-joint = {{ axis = "C", direction = [0, 0, 1], point_mm = [{x:.2}, {y:.2}, 0] }}
-[[parts]]
-name = "jaws"
-role = "fixture"
-link = "table"
-{jaws}
-[[parts]]
-name = "holder"
-role = "holder"
-link = "tilt"
-tessellation = {{ density = 0.2 }}
-shape = {{ kind = "cylinder", radius_mm = 5, height_mm = {length:.2} }}
+machine.links = [
+  {{ name = "x", joint = {{ axis = "X", direction = [1, 0, 0] }} }},
+  {{ name = "y", parent = "x", joint = {{ axis = "Y", direction = [0, 1, 0] }} }},
+  {{ name = "z", parent = "y", joint = {{ axis = "Z", direction = [0, 0, 1] }} }},
+  {{ name = "tilt", parent = "z", joint = {{ axis = "B", direction = [0, 1, 0], point_mm = [0, 0, {of_tilt:.2}] }} }},
+  {{ name = "table", at = {{ xyz_mm = [0, 0, 0], rpy_deg = [0, 0, {turned:.1}] }}, joint = {{ axis = "C", direction = [0, 0, 1], point_mm = [{x:.2}, {y:.2}, 0] }} }},
+]
+parts = [
+  {{ name = "jaws", role = "fixture", link = "table", {jaws} }},
+  {{ name = "holder", role = "holder", link = "tilt", tessellation = {{ density = 0.2 }}, shape = {{ kind = "cylinder", radius_mm = 5, height_mm = {length:.2} }} }},
+]
 [program]
 file = "own.ngc"
 start = {{ z_mm = 100 }}
@@ -734,26 +642,15 @@ fn open_jaws_are_passed_between_behind_an_arc() {
     // From above them down between them, a full circle there, or the tip's control, and on: all of it is known to be outside.
     let scene = r#"
 title = "An open channel"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[machine.links]]
-name = "z"
-parent = "y"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[parts]]
-name = "jaws"
-role = "fixture"
-JAWS
-[[parts]]
-name = "holder"
-role = "holder"
-link = "z"
-shape = { kind = "rounded-box", size_mm = [6, 6, 60], fillet_mm = 0 }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "y", parent = "x", joint = { axis = "Y", direction = [0, 1, 0] } },
+  { name = "z", parent = "y", joint = { axis = "Z", direction = [0, 0, 1] } },
+]
+parts = [
+  { name = "jaws", role = "fixture", JAWS },
+  { name = "holder", role = "holder", link = "z", shape = { kind = "rounded-box", size_mm = [6, 6, 60], fillet_mm = 0 } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 100 }

@@ -215,29 +215,13 @@ fn fly_cutter(of_program: &str) -> String {
     format!(
         r#"
 title = "fly cutter"
-[[machine.links]]
-name = "head"
-joint = {{ axis = "X", direction = [1, 0, 0] }}
-[[parts]]
-name = "clamp"
-role = "fixture"
-at = {{ xyz_mm = [50, 15, 0] }}
-shape = {{ kind = "rounded-box", size_mm = [20, 20, 20] }}
-[[parts]]
-name = "post"
-role = "fixture"
-at = {{ xyz_mm = [115, 45, 0] }}
-shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }}
-[[parts]]
-name = "ram"
-link = "head"
-at = {{ xyz_mm = [0, 40, 0] }}
-shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }}
-[[parts]]
-name = "fly"
-role = "cutter"
-link = "head"
-shape = {{ kind = "rounded-box", size_mm = [20, 2, 10] }}
+machine.links = [{{ name = "head", joint = {{ axis = "X", direction = [1, 0, 0] }} }}]
+parts = [
+  {{ name = "clamp", role = "fixture", at = {{ xyz_mm = [50, 15, 0] }}, shape = {{ kind = "rounded-box", size_mm = [20, 20, 20] }} }},
+  {{ name = "post", role = "fixture", at = {{ xyz_mm = [115, 45, 0] }}, shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }} }},
+  {{ name = "ram", link = "head", at = {{ xyz_mm = [0, 40, 0] }}, shape = {{ kind = "rounded-box", size_mm = [10, 10, 10] }} }},
+  {{ name = "fly", role = "cutter", link = "head", shape = {{ kind = "rounded-box", size_mm = [20, 2, 10] }} }},
+]
 [program]
 file = "own.ngc"
 {of_program}
@@ -268,39 +252,17 @@ fn a_cutter_that_is_not_round_is_at_every_angle() {
 fn what_turns_together_does_not_meet_by_turning() {
     let text = r#"
 title = "A chuck with a driven jaw"
-[[machine.links]]
-name = "spindle"
-joint = { axis = "C", direction = [0, 0, 1] }
-[[machine.links]]
-name = "drive"
-parent = "spindle"
-joint = { axis = "U", direction = [1, 0, 0] }
-[[machine.links]]
-name = "carriage"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[parts]]
-name = "bar"
-role = "workpiece"
-link = "spindle"
-shape = { kind = "cylinder", radius_mm = 10, height_mm = 50 }
-[[parts]]
-name = "chuck"
-role = "fixture"
-link = "spindle"
-at = { xyz_mm = [0, 0, -20] }
-shape = { kind = "rounded-box", size_mm = [100, 20, 20] }
-[[parts]]
-name = "jaw"
-role = "fixture"
-link = "drive"
-at = { xyz_mm = [0, 30, -20] }
-shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
-[[parts]]
-name = "insert"
-role = "cutter"
-link = "carriage"
-at = { xyz_mm = [120, 0, -20] }
-shape = { kind = "rounded-box", size_mm = [10, 4, 10] }
+machine.links = [
+  { name = "spindle", joint = { axis = "C", direction = [0, 0, 1] } },
+  { name = "drive", parent = "spindle", joint = { axis = "U", direction = [1, 0, 0] } },
+  { name = "carriage", joint = { axis = "X", direction = [1, 0, 0] } },
+]
+parts = [
+  { name = "bar", role = "workpiece", link = "spindle", shape = { kind = "cylinder", radius_mm = 10, height_mm = 50 } },
+  { name = "chuck", role = "fixture", link = "spindle", at = { xyz_mm = [0, 0, -20] }, shape = { kind = "rounded-box", size_mm = [100, 20, 20] } },
+  { name = "jaw", role = "fixture", link = "drive", at = { xyz_mm = [0, 30, -20] }, shape = { kind = "rounded-box", size_mm = [10, 10, 10] } },
+  { name = "insert", role = "cutter", link = "carriage", at = { xyz_mm = [120, 0, -20] }, shape = { kind = "rounded-box", size_mm = [10, 4, 10] } },
+]
 [program]
 file = "own.ngc"
 controller = "lathe"
@@ -315,7 +277,7 @@ controller = "lathe"
 
 #[test]
 fn feeding_with_an_empty_spindle_is_told() {
-    let text = MILL.replace("role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n");
+    let text = MILL.replace("role = \"cutter\"", "role = \"cutter\", tool = 1");
     let empty = |program: &str| outcome_of(&text, program).tools_without_parts;
     assert_eq!(empty("M3 S1000 G0 X10\nG1 X20 F100\nM2"), [0]);
     assert!(empty("G0 X10\nT1 M6\nM3 S1000 G1 X20 F100\nM2").is_empty());
@@ -323,9 +285,9 @@ fn feeding_with_an_empty_spindle_is_told() {
 
 #[test]
 fn a_tool_is_missed_where_no_part_is_of_a_tool() {
-    let nose = MILL.replace("role = \"cutter\"\n", "");
-    let holder = MILL.replace("role = \"cutter\"\n", "role = \"holder\"\n");
-    let no_workpiece = nose.replace("role = \"workpiece\"\n", "");
+    let nose = MILL.replace("role = \"cutter\", ", "");
+    let holder = MILL.replace("role = \"cutter\"", "role = \"holder\"");
+    let no_workpiece = nose.replace("role = \"workpiece\", ", "");
     let (feed, change) = ("M3 S1000 G1 X20 F100\nM2", "T5 M6\nG0 X10\nM2");
     for (text, program, expected) in [
         (&nose, feed, &[0][..]),
@@ -368,8 +330,8 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
     // A holder alone is not its tool; a tool of any other role, as a probe, is.
     for (role, expected) in [("holder", &[2][..]), ("machine", &[])] {
-        let of_two = "role = \"cutter\"\ntool = 2\n";
-        let text = mill_with_tools().replacen(of_two, &format!("role = \"{role}\"\ntool = 2\n"), 1);
+        let of_two = "role = \"cutter\", tool = 2";
+        let text = mill_with_tools().replacen(of_two, &format!("role = \"{role}\", tool = 2"), 1);
         assert_eq!(outcome_of(&text, "T2 M6\nG0 X10\nM2").tools_without_parts, expected, "{role}");
     }
     // What comes near in the zone of a tool that is there ends when it goes: tool 2 at X 0 is 5 above the block.
@@ -424,35 +386,17 @@ fn a_dog_leg_is_one_in_a_plane_that_is_not_tilted_too() {
     // From X 0, Y 0 to X 100, Y 50, by way of X 50, Y 50 beside the clamp; the straight line passes it.
     let scene = r#"
 title = "A clamp beside a rapid, over a table that turns"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "y"
-parent = "x"
-joint = { axis = "Y", direction = [0, 1, 0] }
-[[machine.links]]
-name = "z"
-parent = "y"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[machine.links]]
-name = "a"
-joint = { axis = "A", direction = [-1, 0, 0] }
-[[machine.links]]
-name = "c"
-parent = "a"
-joint = { axis = "C", direction = [0, 0, -1] }
-[[parts]]
-name = "ball"
-link = "z"
-role = "shank"
-shape = { kind = "sphere", radius_mm = 2 }
-[[parts]]
-name = "clamp"
-link = "c"
-role = "fixture"
-at = { xyz_mm = [50, 47, 5] }
-shape = { kind = "sphere", radius_mm = 8 }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "y", parent = "x", joint = { axis = "Y", direction = [0, 1, 0] } },
+  { name = "z", parent = "y", joint = { axis = "Z", direction = [0, 0, 1] } },
+  { name = "a", joint = { axis = "A", direction = [-1, 0, 0] } },
+  { name = "c", parent = "a", joint = { axis = "C", direction = [0, 0, -1] } },
+]
+parts = [
+  { name = "ball", link = "z", role = "shank", shape = { kind = "sphere", radius_mm = 2 } },
+  { name = "clamp", link = "c", role = "fixture", at = { xyz_mm = [50, 47, 5] }, shape = { kind = "sphere", radius_mm = 8 } },
+]
 [program]
 file = "own.ngc"
 [program.tool_centre_point]
@@ -491,17 +435,11 @@ fn a_direction_of_any_length_moves_its_axis() {
             r#"
 title = "a ball and a wall"
 pairs = [["wall", "ball"]]
-[[machine.links]]
-name = "slide"
-joint = {{ axis = "X", direction = {direction} }}
-[[parts]]
-name = "wall"
-at = {{ xyz_mm = [50, 0, 0] }}
-shape = {{ kind = "sphere", radius_mm = 5 }}
-[[parts]]
-name = "ball"
-link = "slide"
-shape = {{ kind = "sphere", radius_mm = 5 }}
+machine.links = [{{ name = "slide", joint = {{ axis = "X", direction = {direction} }} }}]
+parts = [
+  {{ name = "wall", at = {{ xyz_mm = [50, 0, 0] }}, shape = {{ kind = "sphere", radius_mm = 5 }} }},
+  {{ name = "ball", link = "slide", shape = {{ kind = "sphere", radius_mm = 5 }} }},
+]
 [program]
 file = "own.ngc"
 "#
@@ -583,14 +521,12 @@ fn cutting_ends_with_the_first_collision_when_asked() {
 #[test]
 fn contact_with_what_is_left_begins_no_earlier_than_with_the_uncut_workpiece() {
     // The holder's flat face, as wide as the block, is 4 mm above the tip: it meets the block's top at Z-4.
-    let [cutter, holder] = [
-        "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 2, height_mm = 4 }\n",
-        "[[parts]]\nname = \"holder\"\nlink = \"head\"\nrole = \"holder\"\nat = { xyz_mm = [0, 0, 4] }\nshape = { kind = \"cylinder\", radius_mm = 50, height_mm = 3 }\n",
-    ];
+    let cutter = "{ kind = \"cylinder\", radius_mm = 2, height_mm = 4 } }";
+    let holder = "{ name = \"holder\", link = \"head\", role = \"holder\", at = { xyz_mm = [0, 0, 4] }, shape = { kind = \"cylinder\", radius_mm = 50, height_mm = 3 } }";
     let text = MILL.replacen("size_mm = [100, 100, 20]", "size_mm = [100, 60, 20]", 1);
     let text = text.replacen("xyz_mm = [70, 0, 0]", "xyz_mm = [150, 0, 0]", 1);
-    let old = "role = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }\n";
-    let text = text.replacen(old, &format!("{cutter}{holder}"), 1);
+    let old = "{ kind = \"cylinder\", radius_mm = 5, height_mm = 30 } }";
+    let text = text.replacen(old, &format!("{cutter},\n  {holder}"), 1);
     let outcome = outcome_of(&text, "M3 S1000\nG0 Z5\nG1 Z-6 F333\nG1 Z5\nM2");
     let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
     assert_eq!((event.kind, event.first.line), (Kind::Collision, 3));
@@ -601,30 +537,16 @@ fn contact_with_what_is_left_begins_no_earlier_than_with_the_uncut_workpiece() {
 /// A block on X, a cube of 10 mm on U, 200 mm beside it at first, and a cutter of 20 mm on Z.
 const TWO_WORKPIECES: &str = r#"
 title = "two workpieces"
-[[machine.links]]
-name = "table"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[machine.links]]
-name = "head"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[machine.links]]
-name = "second"
-joint = { axis = "U", direction = [1, 0, 0] }
-[[parts]]
-name = "block"
-link = "table"
-role = "workpiece"
-shape = { kind = "rounded-box", size_mm = [80, 80, 50] }
-[[parts]]
-name = "cube"
-link = "second"
-role = "workpiece"
-shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
-[[parts]]
-name = "cutter"
-link = "head"
-role = "cutter"
-shape = { kind = "cylinder", radius_mm = 10, height_mm = 60 }
+machine.links = [
+  { name = "table", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "head", joint = { axis = "Z", direction = [0, 0, 1] } },
+  { name = "second", joint = { axis = "U", direction = [1, 0, 0] } },
+]
+parts = [
+  { name = "block", link = "table", role = "workpiece", shape = { kind = "rounded-box", size_mm = [80, 80, 50] } },
+  { name = "cube", link = "second", role = "workpiece", shape = { kind = "rounded-box", size_mm = [10, 10, 10] } },
+  { name = "cutter", link = "head", role = "cutter", shape = { kind = "cylinder", radius_mm = 10, height_mm = 60 } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 100, u_mm = 200 }
@@ -691,8 +613,9 @@ fn a_shank_is_held_against_what_is_left() {
 #[test]
 fn a_stock_that_takes_too_much_work_is_unresolved() {
     // A turn of the helix is cut; then a rapid through the uncut block.
-    let head = "name = \"head\"\n";
-    let text = MILL.replacen(head, &format!("name = \"cross\"\njoint = {{ axis = \"Y\", direction = [0, 1, 0] }}\n[[machine.links]]\n{head}parent = \"cross\"\n"), 1);
+    let head = "  { name = \"head\",";
+    let cross = r#"  { name = "cross", joint = { axis = "Y", direction = [0, 1, 0] } },"#;
+    let text = MILL.replacen(head, &format!("{cross}\n{head} parent = \"cross\","), 1);
     let (_folder, scene) = scene_of(&text, "M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
     let told = |stock_budget: u64| {
         let settings = Settings { clearances: Some(Clearances::everywhere(&[])), stock_budget, ..Settings::standard() };
@@ -782,7 +705,7 @@ fn contact_before_the_first_move_is_told_whether_or_not_the_scene_names_the_pair
 #[test]
 fn only_the_structure_of_the_machine_has_neighbours() {
     // A post that stands on the frame as the head does: one joint is between them.
-    let post = MILL.replace("name = \"clamp\"\nlink = \"table\"", "name = \"clamp\"");
+    let post = MILL.replace("name = \"clamp\", link = \"table\"", "name = \"clamp\"");
     let told_of = |role: &str| {
         let text = post.replace("role = \"cutter\"", &format!("role = \"{role}\""));
         told_by(&text.replace("[70, 0, 0]", "[0, 0, 21]"), "G0 Z20\nG0 Z50\nM2")
@@ -865,8 +788,8 @@ fn what_an_arc_may_take_away_between_its_chords_is_not_left_for_sure() {
 fn a_turn_is_cut_in_pieces_fine_enough_to_go_back_at_rapid_rate() {
     let slide = "joint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
     let text = MILL.replacen(slide, "joint = { axis = \"C\", direction = [0, 0, 1] }", 1).replacen(
-        "role = \"cutter\"\n",
-        "role = \"cutter\"\nat = { xyz_mm = [30, 0, 0] }\n",
+        "role = \"cutter\"",
+        "role = \"cutter\", at = { xyz_mm = [30, 0, 0] }",
         1,
     );
     let program = "M3 S1000 G0 Z5\nG1 Z-2 F100\nG1 C90 F1000\nG0 C0\nG0 C-60\nG0 Z50\nM2";

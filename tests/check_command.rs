@@ -337,7 +337,7 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
     // Two parts, one file.
     std::fs::write(
         path("scene/scene.toml"),
-        text.replace("\"clamp\"", "\"a/b\"").replace("\"cutter\"\nl", "\"a-b\"\nl"),
+        text.replace("\"clamp\"", "\"a/b\"").replace("\"cutter\", l", "\"a-b\", l"),
     )
     .unwrap();
     let (code, error) = run(&["scene", "export", &scene, "--out"], "out");
@@ -444,7 +444,7 @@ fn a_clearance_of_nothing_is_refused_with_its_place() {
     let text = MILL.replacen("[check]\n", "[check]\nclearance = [\"5\", \"clamb=2\"]\n", 1);
     std::fs::write(folder.path().join("scene.toml"), text).unwrap();
     let told = refused(&[]);
-    assert!(told.contains("scene.toml:29") && told.contains("`clamb`") && told.contains("clamp"), "{told}");
+    assert!(told.contains("scene.toml:16") && told.contains("`clamb`") && told.contains("clamp"), "{told}");
 }
 
 #[test]
@@ -687,12 +687,10 @@ fn a_program_whose_name_is_not_unicode_is_checked() {
 #[test]
 fn a_machine_whose_parts_are_all_neighbours_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let head = MILL.find("[[parts]]\nname = \"clamp\"").unwrap();
-    let (first, rest) = MILL.split_at(head);
-    let table = "name = \"table\"\njoint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
-    let cutter = &rest[rest.find("[[parts]]\nname = \"cutter\"").unwrap()..];
-    let text = format!("{}{cutter}", first.replacen(table, "name = \"table\"", 1));
-    let text = text.replace("role = \"workpiece\"", "").replace("role = \"cutter\"", "");
+    let [clamp, cutter] = ["clamp", "cutter"].map(|name| MILL.find(&format!("  {{ name = \"{name}\"")).unwrap());
+    let table = ", joint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
+    let text = [&MILL[..clamp], &MILL[cutter..]].concat().replacen(table, "", 1);
+    let text = text.replace("role = \"workpiece\", ", "").replace("role = \"cutter\", ", "");
     std::fs::write(folder.path().join("scene.toml"), text).unwrap();
     std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
     let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
@@ -756,35 +754,17 @@ fn a_tool_vector_is_in_the_axes_of_the_program_however_the_machine_is_drawn() {
     // A horizontal mill with the spindle along Y of the drawing, over a table that turns about B on a trunnion that tilts about A.
     let scene = r#"
 title = "A horizontal mill"
-[[machine.links]]
-name = "x"
-joint = { axis = "X", direction = [-1, 0, 0] }
-[[machine.links]]
-name = "trunnion"
-parent = "x"
-joint = { axis = "A", direction = [-1, 0, 0] }
-[[machine.links]]
-name = "table"
-parent = "trunnion"
-joint = { axis = "B", direction = [0, 0, -1] }
-[[machine.links]]
-name = "y"
-joint = { axis = "Y", direction = [0, 0, 1] }
-[[machine.links]]
-name = "head"
-parent = "y"
-joint = { axis = "Z", direction = [0, -1, 0] }
-[[parts]]
-name = "cutter"
-link = "head"
-role = "cutter"
-shape = { kind = "sphere", radius_mm = 2 }
-[[parts]]
-name = "post"
-link = "table"
-role = "fixture"
-at = { xyz_mm = [0, 100, 0] }
-shape = { kind = "sphere", radius_mm = 2 }
+machine.links = [
+  { name = "x", joint = { axis = "X", direction = [-1, 0, 0] } },
+  { name = "trunnion", parent = "x", joint = { axis = "A", direction = [-1, 0, 0] } },
+  { name = "table", parent = "trunnion", joint = { axis = "B", direction = [0, 0, -1] } },
+  { name = "y", joint = { axis = "Y", direction = [0, 0, 1] } },
+  { name = "head", parent = "y", joint = { axis = "Z", direction = [0, -1, 0] } },
+]
+parts = [
+  { name = "cutter", link = "head", role = "cutter", shape = { kind = "sphere", radius_mm = 2 } },
+  { name = "post", link = "table", role = "fixture", at = { xyz_mm = [0, 100, 0] }, shape = { kind = "sphere", radius_mm = 2 } },
+]
 [program]
 file = "own.ngc"
 [program.tool_centre_point]

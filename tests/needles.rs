@@ -32,13 +32,10 @@ title = "two needles"
 pairs = [["a", "b"]]
 recorded = { file = "poses.csv" }
 
-[[parts]]
-name = "a"
-mesh = "a.obj"
-
-[[parts]]
-name = "b"
-mesh = "b.obj"
+parts = [
+  { name = "a", mesh = "a.obj" },
+  { name = "b", mesh = "b.obj" },
+]
 "#;
 
 /// Shifts of the second needle by 1e-8 to 1e-4 mm in directions spread over the sphere.

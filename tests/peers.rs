@@ -6,7 +6,7 @@ mod support;
 
 use std::fs;
 use std::path::Path;
-use support::Folder;
+use support::{BALL_AND_RING, Folder};
 
 /// The rows of a CSV, each as (column, cell) pairs.
 fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
@@ -126,12 +126,9 @@ fn a_scene_is_exported_as_arrays() {
 #[test]
 fn pairs_that_would_share_a_folder_are_refused() {
     let folder = Folder::with_scene();
-    let scene = fs::read_to_string(folder.path("scene/scene.toml")).unwrap();
-    let at = scene.find("[[parts]]\nname = \"ball\"").unwrap();
-    let end = scene[at + 1..].find("\n[").map_or(scene.len(), |length| at + 1 + length + 1);
-    let ball = &scene[at..end];
-    let both = ["ba/ll", "ba-ll"].map(|name| ball.replacen("\"ball\"", &format!("\"{name}\""), 1)).concat();
-    let pairs = scene.replacen("[[\"ring\", \"ball\"]]", "[[\"ring\", \"ba/ll\"], [\"ring\", \"ba-ll\"]]", 1);
+    let ball = BALL_AND_RING.lines().find(|line| line.contains("name = \"ball\"")).unwrap();
+    let both = ["ba/ll", "ba-ll"].map(|name| ball.replacen("ball", name, 1)).join("\n");
+    let pairs = BALL_AND_RING.replacen("[[\"ring\", \"ball\"]]", "[[\"ring\", \"ba/ll\"], [\"ring\", \"ba-ll\"]]", 1);
     folder.write("scene/scene.toml", &pairs.replacen(ball, &both, 1));
     let refused = folder.refused(&["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64"]);
     assert!(refused.contains("two pairs of parts would have one folder"), "{refused}");

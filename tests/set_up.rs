@@ -11,39 +11,17 @@ use support::Folder;
 const MILL: &str = r#"
 title = "a mill"
 
-[[machine.links]]
-name = "saddle"
-joint = { axis = "Y", direction = [0, -1, 0], min_mm = -300, max_mm = 300 }
-[[machine.links]]
-name = "table"
-parent = "saddle"
-joint = { axis = "X", direction = [-1, 0, 0], min_mm = -300, max_mm = 300 }
-[[machine.links]]
-name = "head"
-joint = { axis = "Z", direction = [0, 0, 1], min_mm = -200, max_mm = 0 }
-
-[[parts]]
-name = "table"
-link = "table"
-shape = { kind = "rounded-box", size_mm = [400, 300, 40] }
-at = { xyz_mm = [0, 0, -20] }
-[[parts]]
-name = "block"
-role = "workpiece"
-link = "table"
-shape = { kind = "rounded-box", size_mm = [100, 60, 30] }
-at = { xyz_mm = [0, 0, 15] }
-[[parts]]
-name = "jaw"
-role = "fixture"
-link = "table"
-shape = { kind = "rounded-box", size_mm = [140, 20, 50] }
-at = { xyz_mm = [0, 45, 25] }
-[[parts]]
-name = "spindle"
-link = "head"
-shape = { kind = "cylinder", radius_mm = 40, height_mm = 100 }
-at = { xyz_mm = [0, 0, 200] }
+machine.links = [
+  { name = "saddle", joint = { axis = "Y", direction = [0, -1, 0], min_mm = -300, max_mm = 300 } },
+  { name = "table", parent = "saddle", joint = { axis = "X", direction = [-1, 0, 0], min_mm = -300, max_mm = 300 } },
+  { name = "head", joint = { axis = "Z", direction = [0, 0, 1], min_mm = -200, max_mm = 0 } },
+]
+parts = [
+  { name = "table", link = "table", shape = { kind = "rounded-box", size_mm = [400, 300, 40] }, at = { xyz_mm = [0, 0, -20] } },
+  { name = "block", role = "workpiece", link = "table", shape = { kind = "rounded-box", size_mm = [100, 60, 30] }, at = { xyz_mm = [0, 0, 15] } },
+  { name = "jaw", role = "fixture", link = "table", shape = { kind = "rounded-box", size_mm = [140, 20, 50] }, at = { xyz_mm = [0, 45, 25] } },
+  { name = "spindle", link = "head", shape = { kind = "cylinder", radius_mm = 40, height_mm = 100 }, at = { xyz_mm = [0, 0, 200] } },
+]
 "#;
 
 const HELD: &str =
@@ -148,26 +126,15 @@ fn origins_of_g54_1_and_g154_are_given_from_outside() {
 /// A tool on a quill (W) over a plate that B turns away.
 const QUILL: &str = r#"
 title = "a quill and a plate"
-[[machine.links]]
-name = "head"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[machine.links]]
-name = "quill"
-parent = "head"
-joint = { axis = "W", direction = [0, 0, 1] }
-[[machine.links]]
-name = "table"
-joint = { axis = "B", direction = [0, 1, 0] }
-[[parts]]
-name = "tool"
-link = "quill"
-shape = { kind = "rounded-box", size_mm = [10, 10, 40] }
-at = { xyz_mm = [0, 0, 20] }
-[[parts]]
-name = "plate"
-link = "table"
-shape = { kind = "rounded-box", size_mm = [20, 20, 10] }
-at = { xyz_mm = [0, 0, -50] }
+machine.links = [
+  { name = "head", joint = { axis = "Z", direction = [0, 0, 1] } },
+  { name = "quill", parent = "head", joint = { axis = "W", direction = [0, 0, 1] } },
+  { name = "table", joint = { axis = "B", direction = [0, 1, 0] } },
+]
+parts = [
+  { name = "tool", link = "quill", shape = { kind = "rounded-box", size_mm = [10, 10, 40] }, at = { xyz_mm = [0, 0, 20] } },
+  { name = "plate", link = "table", shape = { kind = "rounded-box", size_mm = [20, 20, 10] }, at = { xyz_mm = [0, 0, -50] } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 100 }
@@ -377,8 +344,8 @@ fn tools_that_make_no_sense_are_refused() {
 fn a_spindle_keeps_what_the_scene_says_of_it() {
     let folder = folder();
     // A link of the head that is drawn upside down.
-    let turned = "[[machine.links]]\nname = \"nose\"\nparent = \"head\"\nat = { rpy_deg = [180, 0, 0] }\n[[parts]]\n";
-    let turned = format!("{}\n[program]\nfile = \"part.ngc\"{HELD}", MILL.replacen("[[parts]]\n", turned, 1));
+    let turned = "  { name = \"nose\", parent = \"head\", at = { rpy_deg = [180, 0, 0] } },\n]\nparts";
+    let turned = format!("{}\n[program]\nfile = \"part.ngc\"{HELD}", MILL.replacen("]\nparts", turned, 1));
     folder.write("mill/scene.toml", &turned);
     let job = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
     let own = events(&check(&folder, &job).0);
@@ -398,12 +365,13 @@ fn a_spindle_keeps_what_the_scene_says_of_it() {
 fn a_spindle_takes_the_tools_of_the_scene_along() {
     let folder = folder();
     // Tool 2 has no measures, so nobody can say where it goes.
-    let drill = "[[parts]]\nname = \"drill\"\nrole = \"cutter\"\nlink = \"head\"\ntool = 2\nshape = { kind = \"sphere\", radius_mm = 2 }\nat = { xyz_mm = [0, 0, 150] }\n";
+    let drill = "{ name = \"drill\", role = \"cutter\", link = \"head\", tool = 2, shape = { kind = \"sphere\", radius_mm = 2 }, at = { xyz_mm = [0, 0, 150] } }";
+    let drawn = format!("{}  {drill},\n]\n", MILL.strip_suffix("]\n").unwrap());
     let program = "[program]\nfile = \"part.ngc\"\n";
     let tool = "{ number = 1, diameter_mm = 10, flute_mm = 15, stickout_mm = 20, holder = [{ diameter_mm = 32, length_mm = 60 }] }";
     let ignored = "[check]\nignore = [[\"spindle\", \"tool-1-holder\"]]\n";
-    folder.write("mill/scene.toml", &format!("{MILL}{drill}{program}{HELD}"));
-    folder.write("own/scene.toml", &format!("{MILL}{drill}{program}tools = [{tool}]\n{HELD}{ignored}"));
+    folder.write("mill/scene.toml", &format!("{drawn}{program}{HELD}"));
+    folder.write("own/scene.toml", &format!("{drawn}{program}tools = [{tool}]\n{HELD}{ignored}"));
     folder.write("own/part.ngc", "M2\n");
     let given = ["mill", "part.ngc", "--tool", "1=diameter:10,flute:15,stickout:20,holder:32x60"];
     let mut lines = Vec::new();
@@ -453,12 +421,8 @@ fn stock_lies_in_the_coordinates_of_the_program() {
 #[test]
 fn stock_is_not_put_where_an_axis_does_not_move_the_tool_over_it() {
     // Table and spindle alone: no part says what carries the work.
-    let parts: Vec<&str> = MILL.split("[[parts]]\n").collect();
-    let bare = ["table", "spindle"].map(|name| {
-        let part = parts.iter().find(|part| part.starts_with(&format!("name = \"{name}\"")));
-        format!("[[parts]]\n{}", part.unwrap())
-    });
-    let bare = format!("{}{}", parts[0], bare.concat());
+    let [block, spindle] = ["block", "spindle"].map(|name| MILL.find(&format!("  {{ name = \"{name}\"")).unwrap());
+    let bare = [&MILL[..block], &MILL[spindle..]].concat();
     let lacks = HELD.replace("work_link = \"table\"\n", "");
     let program = "G21 G90 G94 G54\nT1 M6\nG43 H1\nG0 Z5\nG0 X80\nG0 Z-10\nG0 X-80\nM2\n";
     let folder = Folder::with(&[
@@ -643,23 +607,14 @@ fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
 /// A lathe whose tool post meets a guard where X is at 80 mm, a radius, and not where it is at 50 mm.
 const LATHE: &str = r#"
 title = "a lathe"
-[[machine.links]]
-name = "carriage"
-joint = { axis = "Z", direction = [0, 0, 1] }
-[[machine.links]]
-name = "slide"
-parent = "carriage"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[parts]]
-name = "guard"
-at = { xyz_mm = [105, 0, 100] }
-shape = { kind = "rounded-box", size_mm = [10, 100, 400] }
-[[parts]]
-name = "post"
-role = "holder"
-link = "slide"
-at = { xyz_mm = [20, 0, 50] }
-shape = { kind = "rounded-box", size_mm = [20, 20, 20] }
+machine.links = [
+  { name = "carriage", joint = { axis = "Z", direction = [0, 0, 1] } },
+  { name = "slide", parent = "carriage", joint = { axis = "X", direction = [1, 0, 0] } },
+]
+parts = [
+  { name = "guard", at = { xyz_mm = [105, 0, 100] }, shape = { kind = "rounded-box", size_mm = [10, 100, 400] } },
+  { name = "post", role = "holder", link = "slide", at = { xyz_mm = [20, 0, 50] }, shape = { kind = "rounded-box", size_mm = [20, 20, 20] } },
+]
 [program]
 file = "part.nc"
 controller = "lathe"

@@ -18,20 +18,11 @@ const SCENE: &str = r#"
 title = "hammer & anvil"
 pairs = [["anvil", "hammer"]]
 
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0], min_mm = -100, max_mm = 100 }
-
-[[parts]]
-name = "anvil"
-shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
-
-[[parts]]
-name = "hammer"
-link = "slide"
-shape = { kind = "rounded-box", size_mm = [10, 10, 10] }
-at = { xyz_mm = [0, 1, 2] }
-
+machine.links = [{ name = "slide", joint = { axis = "X", direction = [1, 0, 0], min_mm = -100, max_mm = 100 } }]
+parts = [
+  { name = "anvil", shape = { kind = "rounded-box", size_mm = [10, 10, 10] } },
+  { name = "hammer", link = "slide", shape = { kind = "rounded-box", size_mm = [10, 10, 10] }, at = { xyz_mm = [0, 1, 2] } },
+]
 [program]
 file = "blow.ngc"
 start = { x_mm = -50 }
@@ -116,21 +107,11 @@ fn the_page_has_whatever_fails_the_check() {
 /// A bit that turns 20 mm from the spindle's axis, and a pin on the other side of the axis, out of reach of the bit as drawn.
 const TURNED: &str = r#"
 title = "a bit and a pin"
-[[machine.links]]
-name = "head"
-joint = { axis = "X", direction = [1, 0, 0] }
-[[parts]]
-name = "pin"
-role = "fixture"
-at = { xyz_mm = [0, -20, 0] }
-shape = { kind = "rounded-box", size_mm = [4, 4, 4] }
-[[parts]]
-name = "bit"
-role = "cutter"
-tool = 70000
-link = "head"
-at = { xyz_mm = [0, 20, 0] }
-shape = { kind = "rounded-box", size_mm = [4, 4, 10] }
+machine.links = [{ name = "head", joint = { axis = "X", direction = [1, 0, 0] } }]
+parts = [
+  { name = "pin", role = "fixture", at = { xyz_mm = [0, -20, 0] }, shape = { kind = "rounded-box", size_mm = [4, 4, 4] } },
+  { name = "bit", role = "cutter", tool = 70000, link = "head", at = { xyz_mm = [0, 20, 0] }, shape = { kind = "rounded-box", size_mm = [4, 4, 10] } },
+]
 [program]
 file = "turn.ngc"
 tool = 70000

@@ -27,28 +27,15 @@ pub fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
 /// A cutter of 10 mm over a block of 100 x 100 x 20 whose top is at Z 0, and a clamp beside it.
 pub const MILL: &str = r#"
 title = "A small mill"
-[[machine.links]]
-name = "table"
-joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }
-[[machine.links]]
-name = "head"
-joint = { axis = "Z", direction = [0, 0, 1], min_mm = -50, max_mm = 200 }
-[[parts]]
-name = "block"
-link = "table"
-role = "workpiece"
-at = { xyz_mm = [0, 0, -10] }
-shape = { kind = "rounded-box", size_mm = [100, 100, 20], fillet_mm = 1 }
-[[parts]]
-name = "clamp"
-link = "table"
-at = { xyz_mm = [70, 0, 0] }
-shape = { kind = "rounded-box", size_mm = [20, 20, 40], fillet_mm = 1 }
-[[parts]]
-name = "cutter"
-link = "head"
-role = "cutter"
-shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 }
+machine.links = [
+  { name = "table", joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 } },
+  { name = "head", joint = { axis = "Z", direction = [0, 0, 1], min_mm = -50, max_mm = 200 } },
+]
+parts = [
+  { name = "block", link = "table", role = "workpiece", at = { xyz_mm = [0, 0, -10] }, shape = { kind = "rounded-box", size_mm = [100, 100, 20], fillet_mm = 1 } },
+  { name = "clamp", link = "table", at = { xyz_mm = [70, 0, 0] }, shape = { kind = "rounded-box", size_mm = [20, 20, 40], fillet_mm = 1 } },
+  { name = "cutter", link = "head", role = "cutter", shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 } },
+]
 [program]
 file = "own.ngc"
 start = { z_mm = 50 }
@@ -87,28 +74,12 @@ pub fn told_by(text: &str, program: &str) -> Vec<(&'static str, u32)> {
 /// The mill with the cutter as tool 1, a longer tool 2, and tool 3, whose shank begins 10 mm above its tip.
 pub fn mill_with_tools() -> String {
     let tools = r#"
-[[parts]]
-name = "long"
-link = "head"
-role = "cutter"
-tool = 2
-at = { xyz_mm = [0, 0, -20] }
-shape = { kind = "cylinder", radius_mm = 5, height_mm = 50 }
-[[parts]]
-name = "tip"
-link = "head"
-role = "cutter"
-tool = 3
-shape = { kind = "cylinder", radius_mm = 5, height_mm = 10 }
-[[parts]]
-name = "shank"
-link = "head"
-role = "shank"
-tool = 3
-at = { xyz_mm = [0, 0, 10] }
-shape = { kind = "cylinder", radius_mm = 6, height_mm = 20 }
+  { name = "long", link = "head", role = "cutter", tool = 2, at = { xyz_mm = [0, 0, -20] }, shape = { kind = "cylinder", radius_mm = 5, height_mm = 50 } },
+  { name = "tip", link = "head", role = "cutter", tool = 3, shape = { kind = "cylinder", radius_mm = 5, height_mm = 10 } },
+  { name = "shank", link = "head", role = "shank", tool = 3, at = { xyz_mm = [0, 0, 10] }, shape = { kind = "cylinder", radius_mm = 6, height_mm = 20 } },
+]
 [program]
 tool = 1
 "#;
-    MILL.replacen("role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n", 1).replacen("[program]\n", tools, 1)
+    MILL.replacen("role = \"cutter\"", "role = \"cutter\", tool = 1", 1).replacen("]\n[program]\n", tools, 1)
 }

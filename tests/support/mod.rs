@@ -12,20 +12,11 @@ pub const BALL_AND_RING: &str = r#"
 title = "a ball against a ring"
 pairs = [["ring", "ball"]]
 
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0], min_mm = -500, max_mm = 500 }
-
-[[parts]]
-name = "ring"
-shape = { kind = "torus", ring_radius_mm = 40, tube_radius_mm = 12 }
-tessellation = { density = 0.3 }
-
-[[parts]]
-name = "ball"
-link = "slide"
-shape = { kind = "sphere", radius_mm = 20 }
-tessellation = { density = 0.3 }
+machine.links = [{ name = "slide", joint = { axis = "X", direction = [1, 0, 0], min_mm = -500, max_mm = 500 } }]
+parts = [
+  { name = "ring", shape = { kind = "torus", ring_radius_mm = 40, tube_radius_mm = 12 }, tessellation = { density = 0.3 } },
+  { name = "ball", link = "slide", shape = { kind = "sphere", radius_mm = 20 }, tessellation = { density = 0.3 } },
+]
 "#;
 
 /// A scratch folder, gone with the value.

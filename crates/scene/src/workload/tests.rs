@@ -24,17 +24,11 @@ fn block(size: [f64; 3]) -> String {
 
 const SCENE: &str = r#"title = "A block slides to another"
 pairs = [["wall", "tool"]]
-[[machine.links]]
-name = "slide"
-joint = { axis = "X", direction = [1, 0, 0], min_mm = -200, max_mm = 50 }
-[[parts]]
-name = "tool"
-link = "slide"
-mesh = "tool.stl"
-[[parts]]
-name = "wall"
-at = { xyz_mm = [20, -10, -10] }
-mesh = "wall.stl"
+machine.links = [{ name = "slide", joint = { axis = "X", direction = [1, 0, 0], min_mm = -200, max_mm = 50 } }]
+parts = [
+  { name = "tool", link = "slide", mesh = "tool.stl" },
+  { name = "wall", at = { xyz_mm = [20, -10, -10] }, mesh = "wall.stl" },
+]
 [program]
 file = "p.ngc"
 start = { x_mm = -100 }
