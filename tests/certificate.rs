@@ -5,6 +5,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::print_stdout, reason = "the long forms tell what they covered")]
 
+mod support;
+
 use bvbench::certify::{Certificate, Doubt, Verdict, certify};
 use bvbench::geometry::{Point, Triangle, Vector};
 use bvbench::measure::Silent;
@@ -12,7 +14,7 @@ use bvbench::measure::peers::motions;
 use bvbench::measure::peers::posed::{PosedMeshes, Question};
 use bvbench::method::motion::Motion;
 use bvbench::registry;
-use bvbench::scene::{Overrides, Pair, Scene};
+use bvbench::scene::{Pair, Scene};
 use bvbench::truth::PairOracle;
 use certificate_checker::{MOST_WORK, Refusal, Report};
 use rand::{RngExt, SeedableRng};
@@ -21,11 +23,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
+use support::in_memory;
 
 fn load(scene: &str, program: &str) -> Scene {
-    let files = [("scene.toml", scene), ("own.ngc", program)];
-    let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
-    Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap()
+    in_memory("planted", &[("scene.toml", scene), ("own.ngc", program)])
 }
 
 /// The same with a mesh file, `part.stl`.
@@ -35,9 +36,7 @@ fn load_with(scene: &str, program: &str, triangles: &[Triangle]) -> Scene {
         format!("facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n")
     };
     let stl = format!("solid\n{}endsolid\n", triangles.iter().map(facet).collect::<String>());
-    let files = [("scene.toml", scene), ("own.ngc", program), ("part.stl", &stl)];
-    let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
-    Scene::from_memory("planted", BTreeMap::from(files), &Overrides::default()).unwrap()
+    in_memory("planted", &[("scene.toml", scene), ("own.ngc", program), ("part.stl", &stl)])
 }
 
 fn certified(scene: &Scene) -> Certificate {
@@ -182,20 +181,11 @@ rapid_mm_min = 10000
 fn what_stays_apart_is_free_however_near_and_what_touches_is_not() {
     // Sideways over the wall: 0.0001 mm above it, on it, and 0.0001 mm within it.
     for (above, verdict) in [(1e-4, Verdict::Free), (0.0, Verdict::Unresolved), (-1e-4, Verdict::Collision)] {
-        let scene = sheets(0.25, "Z", "M2");
-        let text = format!("G0 Z{:.6}\nG4 P1\nM2", 0.25 + above);
-        let scene = Scene { program: load_program(&scene, &text), ..scene };
+        let scene = sheets(0.25, "Z", &format!("G0 Z{:.6}\nG4 P1\nM2", 0.25 + above));
         let certificate = certified(&scene);
         assert_eq!(certificate.blocks[&2], verdict, "{above}: {:?}", certificate.doubts);
         accepted(&certificate, "near");
     }
-}
-
-fn load_program(scene: &Scene, text: &str) -> Option<bvbench::scene::ProgramRun> {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("other.ngc");
-    std::fs::write(&file, text).unwrap();
-    Some(scene.program.as_ref().unwrap().with_program(&file).unwrap())
 }
 
 #[test]

@@ -5,16 +5,18 @@
 
 #[path = "support/mill.rs"]
 mod mill;
+mod support;
 
-use bvbench::check::{Cutting, Event, Kind, Outcome, Path as ToolPath, Settings, check};
+use bvbench::check::{Cutting, Event, Kind, Path as ToolPath, Settings, check};
 use bvbench::measure::Silent;
 use bvbench::registry::{self, Variant};
-use bvbench::scene::{Clearances, Pair, ProgramRun, Scene};
+use bvbench::scene::{Pair, Scene};
 use bvbench::stock::Material;
 use bvbench::truth::PairOracle;
 use mill::*;
 use std::path::Path;
 use std::sync::Arc;
+use support::{checked, run_own, with_zones};
 
 fn sorted(pair: Pair) -> [usize; 2] {
     [pair.a.min(pair.b), pair.a.max(pair.b)]
@@ -57,7 +59,7 @@ fn shipped_scenes_have_their_planted_collisions_and_no_others() {
 /// but for the tolerance.
 #[test]
 fn contact_along_the_path_is_that_of_the_exact_truth() {
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
+    let settings = with_zones(&[]);
     for name in Scene::SHIPPED {
         let scene = Scene::find(name).unwrap();
         let path = ToolPath::new(&scene, scene.program.as_ref().unwrap()).unwrap();
@@ -93,7 +95,7 @@ fn a_gouge_and_a_holder_are_found_on_their_lines_and_nothing_on_the_clean_progra
     let flawed = scene.program.as_ref().unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
     let clean = flawed.with_program(&folder.join("clean.ngc")).unwrap();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
+    let settings = with_zones(&[]);
     for variant in
         registry.variants().iter().filter(|v| v.info.safe && (v.is_reference || v.is_fastest || v.is_for_tools))
     {
@@ -113,12 +115,12 @@ fn every_safe_variant_tells_the_same() {
     let registry = registry::standard();
     let scene = Scene::find(Scene::SHIPPED[0]).unwrap();
     let run = scene.program.as_ref().unwrap();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[2.0])), ..Settings::standard() };
+    let settings = with_zones(&[2.0]);
     let told = |variant: &Variant| {
         let outcome = check(&scene, run, variant, &registry, &settings, &Silent).unwrap();
         outcome.events.iter().map(|e| (e.first.line, e.last.line, sorted(e.pair), e.kind.name())).collect::<Vec<_>>()
     };
-    let expected = told(standard(&registry));
+    let expected = told(registry.fastest().unwrap());
     let reference = registry.reference().unwrap().info.id;
     for id in ["aabb", "obb-vertex", reference] {
         assert_eq!(told(registry.find(id).unwrap()), expected, "{id}");
@@ -143,13 +145,11 @@ fn feeding_into_the_workpiece_is_cutting_and_a_rapid_is_not() {
 #[test]
 fn a_rapid_into_the_workpiece_is_told_though_a_cut_on_the_same_line_came_just_before() {
     // Every move of a subroutine file is on the call's line. Half a millimetre above the block is less than parts two contacts.
-    let folder = scene_of(MILL, "G0 Z5\nM2");
     let sub = "O<cut> sub\nM3 S1000 G1 Z-2 F100\nG0 Z0.5\nX20\nZ-2\nZ50\nO<cut> endsub\n";
-    std::fs::write(folder.0.path().join("cut.ngc"), sub).unwrap();
-    std::fs::write(folder.0.path().join("own.ngc"), "G0 Z5\nO<cut> call\nM2\n").unwrap();
-    let scene = Scene::load(folder.0.path()).unwrap();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let told: Vec<_> = run_own(&scene, &settings).events.iter().map(|e| (e.kind.name(), e.first.line)).collect();
+    let folder = folder_of(MILL, "G0 Z5\nO<cut> call\nM2\n");
+    folder.write("cut.ngc", sub);
+    let scene = Scene::load(folder.root()).unwrap();
+    let told: Vec<_> = run_own(&scene, &with_zones(&[])).events.iter().map(|e| (e.kind.name(), e.first.line)).collect();
     assert_eq!(told, [("rapid-into-workpiece", 2)]);
 }
 
@@ -174,9 +174,8 @@ fn a_cutter_wholly_inside_a_finished_part_is_told() {
         .replace("{ kind = \"cylinder\", radius_mm = 5, height_mm = 50 }", "{ kind = \"sphere\", radius_mm = 3 }");
     let text = format!("{text}gouge_mm = 0.1\n");
     let told = |program: &str| {
-        let (_folder, scene) = scene_of(&text, program);
-        let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-        run_own(&scene, &settings).events
+        let scene = scene_of(&text, program);
+        run_own(&scene, &with_zones(&[])).events
     };
     let found = told("T2 M6\nG1 X30 F1000\nG0 X-30\nM2");
     let [event] = &found[..] else { panic!("{found:?}") };
@@ -200,12 +199,11 @@ fn a_needle_that_goes_into_a_finished_part_is_told_wherever_it_does() {
     }
     // Its radius is less than it may go deep: of the two parts after the block it is the second.
     for (allowed_mm, thin) in [(0.02, &[][..]), (0.06, &[2])] {
-        let (_folder, scene) =
-            scene_of(&part.replace("gouge_mm = 0.02", &format!("gouge_mm = {allowed_mm}")), "G0 Z5\nM2");
+        let scene = scene_of(&part.replace("gouge_mm = 0.02", &format!("gouge_mm = {allowed_mm}")), "G0 Z5\nM2");
         assert_eq!(run_own(&scene, &Settings::standard()).thin_cutters, thin);
     }
     // With its middle inside, 30 mm long, it is told all the same; the surface is 0.05 mm in it.
-    let (_folder, scene) = scene_of(&part.replace("gouge_mm = 0.02", "gouge_mm = 0.06"), "G0 Z5\nG1 Z-18 F1000\nM2");
+    let scene = scene_of(&part.replace("gouge_mm = 0.02", "gouge_mm = 0.06"), "G0 Z5\nG1 Z-18 F1000\nM2");
     let found = run_own(&scene, &Settings::standard()).events;
     assert!(found.iter().any(|event| event.kind == Kind::Gouge && event.least_mm < -0.04), "{found:?}");
 }
@@ -316,7 +314,7 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     // The clamp reaches from X 60 to 80 and up to Z 20. At Z 25 tool 1 ends 5 above it, tool 2 at 25 - 20 = 5 within.
     let program = "G0 Z25\nG0 X70\nG0 X0\nT2 M6\nG0 X70\nG0 X0\nT1 M6\nG0 X70\nT2 M6\nT0 M6\nG0 X0\nM2";
     assert_eq!(told_by(&mill_with_tools(), program), [("collision", 5), ("collision", 9)]);
-    let (_folder, scene) = scene_of(&mill_with_tools(), program);
+    let scene = scene_of(&mill_with_tools(), program);
     let outcome = run_own(&scene, &Settings::standard());
     let why = |a: &str, b: &str| {
         let of = |pair: Pair| [pair.a, pair.b].map(|part| scene.parts[part].name.as_str());
@@ -326,7 +324,7 @@ fn a_tool_is_there_only_while_it_is_in_the_spindle() {
     assert_eq!(why("clamp", "long"), None);
     assert_eq!(why("block", "tip").unwrap(), "tool 3 is never in the spindle");
     assert!(outcome.tools_without_parts.is_empty());
-    let (_folder, strange) = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
+    let strange = scene_of(&mill_with_tools(), "T2 M6\nG0 Z40\nT8 M6\nG0 X70\nM2");
     assert_eq!(run_own(&strange, &Settings::standard()).tools_without_parts, [8]);
     // A holder alone is not its tool; a tool of any other role, as a probe, is.
     for (role, expected) in [("holder", &[2][..]), ("machine", &[])] {
@@ -354,14 +352,11 @@ fn only_the_cutter_cuts() {
 
 #[test]
 fn a_thin_wall_between_two_samples_is_not_jumped_over() {
-    let (_folder, scene) = mill("G0 Z10\nG0 X140\nM2");
-    let own = scene.program.as_ref().unwrap();
-    let mut coarse: ProgramRun = own.clone();
+    let scene = mill("G0 Z10\nG0 X140\nM2");
+    let mut coarse = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0; // both samples of line 2 are far beside the clamp, which is 20 mm wide
     // The clamp's top is at 20; the cutter's lower end is at 10.
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let outcome =
-        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
+    let outcome = checked(&scene, &coarse, &with_zones(&[]));
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [2]);
     let event = &outcome.events[0];
     // Contact from X 70 - 10 - 5 = 55 to 85; at 6000 mm/min, after 0.4 s for the 40 mm of line 1.
@@ -417,9 +412,8 @@ rapid = "dog-leg"
 fn an_axis_at_the_limit_of_its_feed_holds_up_the_program() {
     // 40 mm of Z and 55 mm of X to the clamp at 100 mm/s: 0.95 s; with X at 50 mm/s at most 0.4 + 1.1 s.
     let time_s = |text: &str| {
-        let (_folder, scene) = scene_of(text, "G1 Z10 F6000\nG1 X140\nM2");
-        let outcome =
-            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+        let scene = scene_of(text, "G1 Z10 F6000\nG1 X140\nM2");
+        let outcome = run_own(&scene, &with_zones(&[]));
         assert_eq!(outcome.events.len(), 1);
         outcome.events[0].first.time_s
     };
@@ -448,11 +442,6 @@ file = "own.ngc"
     for direction in ["[1, 0, 0]", "[1e200, 0, 0]", "[1e-200, 0, 0]", "[1e308, 1e-300, 0]", "[5e-324, 0, 0]"] {
         assert_eq!(told_by(&text(direction), "G0 X100\nM2"), [("collision", 1)], "{direction}");
     }
-}
-
-fn outcome_of(text: &str, program: &str) -> Outcome {
-    let (_folder, scene) = scene_of(text, program);
-    run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() })
 }
 
 #[test]
@@ -502,11 +491,9 @@ fn cutting_ends_with_the_first_collision_when_asked() {
     for (before, wanted) in
         [("G0 Z5\nG0 Z-2\n", (Kind::RapidIntoWorkpiece, 3)), ("G0 Z25\nG0 X70\nG0 Z15\n", (Kind::Collision, 4))]
     {
-        let (_folder, scene) = scene_of(MILL, &format!("M3 S1000\n{before}{slot}"));
+        let scene = scene_of(MILL, &format!("M3 S1000\n{before}{slot}"));
         let run = |stop_at_first: bool, is_solid: bool| {
-            let clearances = Some(Clearances::everywhere(&[]));
-            let settings = Settings { clearances, stop_at_first, is_solid, ..Settings::standard() };
-            let mut outcome = run_own(&scene, &settings);
+            let mut outcome = run_own(&scene, &Settings { stop_at_first, is_solid, ..with_zones(&[]) });
             let told: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
             assert_eq!(told, [wanted], "{:?}", outcome.events);
             // In the slot, in the frame of the block, whose middle is at Z-10.
@@ -564,13 +551,8 @@ fn of_two_workpieces_each_is_what_the_program_leaves_of_it() {
         ("both cut, through a slot", side.to_owned() + &slot(-30), vec![]),
         ("both cut, into the floor of a slot", side.to_owned() + &slot(0), vec![(Kind::Unresolved, 13)]),
     ] {
-        let (_folder, scene) = scene_of(TWO_WORKPIECES, &format!("G21 G90\nS3000 M3\n{cuts}G0 U42\nG0 U200\nM2"));
-        let settings = Settings {
-            clearances: Some(Clearances::everywhere(&[])),
-            cutting: Cutting::At(0.5),
-            ..Settings::standard()
-        };
-        let outcome = run_own(&scene, &settings);
+        let scene = scene_of(TWO_WORKPIECES, &format!("G21 G90\nS3000 M3\n{cuts}G0 U42\nG0 U200\nM2"));
+        let outcome = run_own(&scene, &Settings { cutting: Cutting::At(0.5), ..with_zones(&[]) });
         let told: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
         assert_eq!(told, wanted, "{what}: {:?}", outcome.events);
         let touches = outcome.touches.iter().filter(|touch| sorted(touch.pair) == [0, 1]).count();
@@ -616,10 +598,9 @@ fn a_stock_that_takes_too_much_work_is_unresolved() {
     let head = "  { name = \"head\",";
     let cross = r#"  { name = "cross", joint = { axis = "Y", direction = [0, 1, 0] } },"#;
     let text = MILL.replacen(head, &format!("{cross}\n{head} parent = \"cross\","), 1);
-    let (_folder, scene) = scene_of(&text, "M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
+    let scene = scene_of(&text, "M3 S1000 G0 X-60\nG0 Z-2\nG3 I10 Z-4 F500\nG1 X-30\nG0 X40\nG0 Z50\nM2");
     let told = |stock_budget: u64| {
-        let settings = Settings { clearances: Some(Clearances::everywhere(&[])), stock_budget, ..Settings::standard() };
-        let outcome = run_own(&scene, &settings);
+        let outcome = run_own(&scene, &Settings { stock_budget, ..with_zones(&[]) });
         let events: Vec<_> = outcome.events.iter().map(|e| (e.kind, e.first.line)).collect();
         (events, outcome.remaining[0].given_up, outcome.is_clear())
     };
@@ -639,13 +620,10 @@ fn a_stock_that_takes_too_much_work_is_unresolved() {
 fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
     // 0.15 mm into the floor of a slot.
     let program = "M3 S1000 G0 X-60\nG0 Z-2\nG1 X40 F500\nG0 X-60\nG0 Z-2.15\nG0 X40\nG0 Z50\nM2";
-    let (_folder, scene) = mill(program);
+    let scene = mill(program);
     let told = |resolution_mm: f64| {
         let cutting = Cutting::At(resolution_mm);
-        let outcome = run_own(
-            &scene,
-            &Settings { clearances: Some(Clearances::everywhere(&[])), cutting, ..Settings::standard() },
-        );
+        let outcome = run_own(&scene, &Settings { cutting, ..with_zones(&[]) });
         (outcome.events.iter().map(|e| (e.kind, e.first.line)).collect::<Vec<_>>(), outcome.touches.len())
     };
     assert_eq!(told(0.02).0, [(Kind::RapidIntoWorkpiece, 6)]);
@@ -656,10 +634,9 @@ fn a_finer_resolution_decides_what_a_coarse_one_leaves_open() {
 #[test]
 fn a_part_wholly_inside_another_collides() {
     // The cutter, 30 mm long, fits into the clamp, which reaches from -20 to 20 and is 20 mm wide.
-    let (_folder, scene) = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
+    let scene = mill("G0 X140\nG0 Z-15\nG1 X70 F1000\nG4 P1\nG1 X140\nM2");
     for zones_mm in [vec![], vec![14.0, 0.5]] {
-        let outcome =
-            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&zones_mm)), ..Settings::standard() });
+        let outcome = run_own(&scene, &with_zones(&zones_mm));
         let contacts: Vec<_> = outcome.events.iter().filter(|event| event.kind.is_collision()).collect();
         assert_eq!(contacts.len(), 1, "{contacts:?}");
         let event = contacts[0];
@@ -673,9 +650,8 @@ fn a_part_wholly_inside_another_collides() {
         }
     }
     // Inside from the first place on, and never through a surface.
-    let (_folder, scene) =
-        mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
-    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let scene = mill_from("start = { x_mm = 70, z_mm = -15 }", "pairs = [[\"clamp\", \"cutter\"]]", "G1 X69 F1000\nM2");
+    let outcome = run_own(&scene, &with_zones(&[]));
     assert_eq!(outcome.events.len(), 1);
     assert!(outcome.events[0].inside && outcome.events[0].to_the_end && outcome.events[0].first.line == 0);
 }
@@ -685,15 +661,14 @@ fn contact_before_the_first_move_is_told_whether_or_not_the_scene_names_the_pair
     let program = "G1 X60 F1000\nG1 X40\nG1 X60\nM2"; // out of the clamp at X 55, and in again
     let start = "start = { x_mm = 70, z_mm = 0 }";
     for pairs in ["", "pairs = [[\"clamp\", \"cutter\"]]"] {
-        let (_folder, scene) = mill_from(start, pairs, program);
-        let outcome =
-            run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+        let scene = mill_from(start, pairs, program);
+        let outcome = run_own(&scene, &with_zones(&[]));
         let with_clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
         assert_eq!(with_clamp.map(|event| event.first.line).collect::<Vec<_>>(), [0, 3], "{pairs}");
     }
     // Cutter in the workpiece before the first move, a feed: nobody knows how it came there.
-    let (_folder, scene) = mill_from("start = { z_mm = -5 }", "", "M3 S1000 G1 X20 F100\nG0 Z50\nM2");
-    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let scene = mill_from("start = { z_mm = -5 }", "", "M3 S1000 G1 X20 F100\nG0 Z50\nM2");
+    let outcome = run_own(&scene, &with_zones(&[]));
     let found: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
     assert_eq!(found, [(Kind::Collision, 0)]);
     // A holder wholly inside a block.
@@ -727,9 +702,8 @@ fn a_feed_into_the_workpiece_while_the_spindle_stands_still_is_told() {
     let arc = "G0 X-20\nG0 Z5\nG1 Z-2 F100\nG18 G2 X20 Z-2 R100\nG0 Z50\nM2";
     assert_eq!(told(arc), [(stopped, 3), (stopped, 4)]);
     // The same where the workpiece stays whole; the program is within it all the way from line 2.
-    let (_folder, scene) = mill("G0 Z5\nG1 Z-2 F100\nX20\nG0 Z50\nM2");
-    let clearances = Some(Clearances::everywhere(&[]));
-    let outcome = run_own(&scene, &Settings { clearances, cutting: Cutting::Never, ..Settings::standard() });
+    let scene = mill("G0 Z5\nG1 Z-2 F100\nX20\nG0 Z50\nM2");
+    let outcome = run_own(&scene, &Settings { cutting: Cutting::Never, ..with_zones(&[]) });
     let lines = |event: &Event| [event.first.line, event.nearest.line, event.last.line];
     let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), lines(event))).collect();
     assert_eq!(told, [(stopped, [2; 3]), (stopped, [3; 3])]);
@@ -738,12 +712,10 @@ fn a_feed_into_the_workpiece_while_the_spindle_stands_still_is_told() {
 #[test]
 fn a_zone_entered_and_left_between_two_samples_is_told() {
     // Past the clamp's edge, parallel to Y, 1.5 mm from the cutter's side: there is no Y axis, so past its top in X.
-    let (_folder, scene) = mill("G0 Z21.5\nG0 X140\nM2");
-    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    let scene = mill("G0 Z21.5\nG0 X140\nM2");
+    let mut coarse = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[30.0, 2.0])), ..Settings::standard() };
-    let outcome =
-        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
+    let outcome = checked(&scene, &coarse, &with_zones(&[30.0, 2.0]));
     let clamp = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     let near: Vec<_> = clamp.map(|event| (event.kind, event.first.line, (10.0 * event.least_mm).round())).collect();
     assert_eq!(near, [(Kind::Near { zone_mm: 30.0 }, 2, 15.0), (Kind::Near { zone_mm: 2.0 }, 2, 15.0)]);
@@ -752,12 +724,10 @@ fn a_zone_entered_and_left_between_two_samples_is_told() {
 #[test]
 fn a_zone_left_and_entered_again_within_two_samples_is_two_events() {
     // 10 mm beside the clamp, whose top is at 20: 14 mm away at Z 29.8, two thirds of the way up to 40, where it is free.
-    let (_folder, scene) = mill("G0 X45\nG0 Z10\nG0 Z40\nG0 Z10\nG0 Z40\nM2");
-    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    let scene = mill("G0 X45\nG0 Z10\nG0 Z40\nG0 Z10\nG0 Z40\nM2");
+    let mut coarse = scene.program.clone().unwrap();
     coarse.sampling.step_mm = 500.0;
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[14.0])), ..Settings::standard() };
-    let outcome =
-        check(&scene, &coarse, standard(&registry::standard()), &registry::standard(), &settings, &Silent).unwrap();
+    let outcome = checked(&scene, &coarse, &with_zones(&[14.0]));
     let near = outcome.events.iter().filter(|event| scene.pair_name(event.pair).contains("clamp"));
     assert_eq!(near.map(|event| (event.first.line, event.last.line)).collect::<Vec<_>>(), [(2, 3), (4, 5)]);
 }
@@ -770,12 +740,10 @@ fn an_axis_that_the_machine_lacks_may_be_named_where_it_stays() {
 #[test]
 fn what_an_arc_may_take_away_between_its_chords_is_not_left_for_sure() {
     // Every straight move is one sample, the arc two, half a millimetre from it.
-    let (_folder, scene) = mill("M3 S1000 G0 X-20\nG0 Z5\nG1 Z-2 F500\nG18 G2 X20 Z-2 R100\nG0 Z50\nM2");
-    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    let scene = mill("M3 S1000 G0 X-20\nG0 Z5\nG1 Z-2 F500\nG18 G2 X20 Z-2 R100\nG0 Z50\nM2");
+    let mut coarse = scene.program.clone().unwrap();
     (coarse.sampling.step_mm, coarse.sampling.chord_mm) = (500.0, 1.0);
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let registry = registry::standard();
-    let mut outcome = check(&scene, &coarse, standard(&registry), &registry, &settings, &Silent).unwrap();
+    let mut outcome = checked(&scene, &coarse, &with_zones(&[]));
     assert_eq!(outcome.samples, 6);
     // The plunge goes straight on from a rapid, and is none.
     assert!(outcome.events.iter().all(|event| event.first.line > 3), "{:?}", outcome.events);
@@ -793,12 +761,10 @@ fn a_turn_is_cut_in_pieces_fine_enough_to_go_back_at_rapid_rate() {
         1,
     );
     let program = "M3 S1000 G0 Z5\nG1 Z-2 F100\nG1 C90 F1000\nG0 C0\nG0 C-60\nG0 Z50\nM2";
-    let (_folder, scene) = scene_of(&text, program);
-    let mut coarse: ProgramRun = scene.program.clone().unwrap();
+    let scene = scene_of(&text, program);
+    let mut coarse = scene.program.clone().unwrap();
     (coarse.sampling.step_mm, coarse.sampling.step_deg) = (500.0, 360.0);
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let registry = registry::standard();
-    let outcome = check(&scene, &coarse, standard(&registry), &registry, &settings, &Silent).unwrap();
+    let outcome = checked(&scene, &coarse, &with_zones(&[]));
     // Back along the slot is free; on beyond its end is not.
     let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
     assert_eq!((event.kind, event.first.line), (Kind::RapidIntoWorkpiece, 5));
@@ -811,16 +777,14 @@ fn a_shank_is_asked_of_the_stock_only_where_it_touches_the_uncut_block() {
     // 5 mm deep in the side at X 0; at X 30 it passes 0.03 mm above the block, which cells of 0.45 mm cannot tell from touching.
     let program =
         "G0 Z5\nT3 M6\nM3 S1000 G0 X-60\nG0 Z-15\nG1 X0 F300\nG0 X-60\nG0 Z50\nG0 X30\nG1 Z-9.97 F100\nG0 Z50\nM2";
-    let (_folder, scene) = scene_of(&mill_with_tools(), program);
-    let (clearances, cutting) = (Some(Clearances::everywhere(&[])), Cutting::At(1.0));
-    let outcome = run_own(&scene, &Settings { clearances, cutting, ..Settings::standard() });
+    let scene = scene_of(&mill_with_tools(), program);
+    let outcome = run_own(&scene, &Settings { cutting: Cutting::At(1.0), ..with_zones(&[]) });
     let lines: Vec<_> = outcome.events.iter().filter(|e| of_shank(&scene, e.pair)).map(|e| e.first.line).collect();
     assert_eq!(lines, [5]);
     assert!(!outcome.touches.iter().any(|touch| of_shank(&scene, touch.pair)), "{:?}", outcome.touches);
     // How near it comes is told all the same: 1 mm.
-    let (_folder, scene) = scene_of(&mill_with_tools(), "G0 Z5\nT3 M6\nM3 S1000 G1 Z-9 F100\nG0 Z50\nM2");
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[2.0])), ..Settings::standard() };
-    let events = run_own(&scene, &settings).events;
+    let scene = scene_of(&mill_with_tools(), "G0 Z5\nT3 M6\nM3 S1000 G1 Z-9 F100\nG0 Z50\nM2");
+    let events = run_own(&scene, &with_zones(&[2.0])).events;
     assert!(events.iter().all(|event| of_shank(&scene, event.pair)), "{events:?}");
     assert_eq!(events.iter().map(|e| (e.kind, e.first.line)).collect::<Vec<_>>(), [(Kind::Near { zone_mm: 2.0 }, 3)]);
 }

@@ -4,12 +4,23 @@
 
 #[path = "support/mill.rs"]
 mod mill;
+mod support;
 
-use assert_cmd::Command;
-use bvbench::check::Settings;
-use bvbench::scene::{Clearances, Scene};
+use bvbench::scene::Scene;
 use mill::*;
+use serde_json::Value;
 use std::path::Path;
+use support::{Folder, run_own, with_zones};
+
+/// Runs `check --quiet` on the scene of a folder: exit code, what is printed, what is told beside it.
+fn check(folder: &Folder, arguments: &[&str]) -> (Option<i32>, String, String) {
+    folder.told(&[&["check", "--quiet", "."], arguments].concat())
+}
+
+fn check_json(folder: &Folder, arguments: &[&str]) -> (Option<i32>, Value) {
+    let (code, shown, told) = check(folder, &[&["--json"], arguments].concat());
+    (code, serde_json::from_str(&shown).unwrap_or_else(|_| panic!("{told}")))
+}
 
 /// Both shipped programs are what `path` writes, byte for byte.
 #[test]
@@ -17,13 +28,9 @@ fn the_programs_over_the_free_form_part_are_those_that_path_writes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
     for (file, flaws) in [("clean.ngc", &[][..]), ("program.ngc", &["--gouge", "0.05@0.3", "--lean", "66@0.53"])] {
         let path = ["program", "path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
-        let output = bvbench().args(path).args(flaws).output().unwrap();
-        assert!(output.status.success());
-        assert_eq!(
-            String::from_utf8(output.stdout).unwrap(),
-            std::fs::read_to_string(folder.join(file)).unwrap(),
-            "{file}"
-        );
+        let (code, written, _) = Folder::with(&[]).told(&[&path[..], flaws].concat());
+        assert_eq!(code, Some(0));
+        assert_eq!(written, std::fs::read_to_string(folder.join(file)).unwrap(), "{file}");
     }
 }
 
@@ -32,9 +39,7 @@ fn allowed_contact_is_no_collision() {
     let program = "G0 Z5\nG1 X70 F100\nG0 Z50\nM2";
     let text = format!("{MILL}allow = [[\"cutter\", \"clamp\"]]\n");
     assert_eq!((told(program).len(), told_by(&text, program).len()), (1, 0));
-    let (folder, _scene) = scene_of(&text, program);
-    let output = bvbench().args(["scene", "pairs"]).arg(folder.path()).output().unwrap();
-    let shown = String::from_utf8(output.stdout).unwrap();
+    let (_, shown, _) = folder_of(&text, program).told(&["scene", "pairs", "."]);
     assert!(shown.lines().any(|line| line.contains("clamp:cutter") && line.contains("may touch")), "{shown}");
 }
 
@@ -53,17 +58,14 @@ fn walls(outline: &[[f64; 2]], [low, high]: [f64; 2]) -> String {
 }
 
 /// What `check` tells of a mill one of whose shapes is an open mesh: text, and code of exit.
-fn told_of_open(shape: &str, stl: &str, program: &str) -> (Vec<(&'static str, u32)>, String, Option<i32>) {
-    assert_eq!(MILL.matches(shape).count(), 1, "{shape}");
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("open.stl"), stl).unwrap();
-    std::fs::write(folder.path().join("scene.toml"), MILL.replace(shape, "mesh = \"open.stl\"")).unwrap();
-    std::fs::write(folder.path().join("own.ngc"), program).unwrap();
-    let scene = Scene::load(folder.path()).unwrap();
-    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
+fn told_of_open(text: &str, shape: &str, stl: &str, program: &str) -> (Vec<(&'static str, u32)>, String, Option<i32>) {
+    assert_eq!(text.matches(shape).count(), 1, "{shape}");
+    let folder = folder_of(&text.replace(shape, "mesh = \"open.stl\""), program);
+    folder.write("open.stl", stl);
+    let outcome = run_own(&Scene::load(folder.root()).unwrap(), &with_zones(&[]));
     let told = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
-    (told, String::from_utf8(output.stdout).unwrap(), output.status.code())
+    let (code, shown, _) = check(&folder, &[]);
+    (told, shown, code)
 }
 
 #[test]
@@ -77,10 +79,10 @@ fn what_open_meshes_cut_is_unresolved_and_never_clear() {
     let through = "M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2";
     let beside = "M3 S1000 G0 X-60\nG0 Z-10\nG0 X-70\nG0 Z50\nM2";
     for (shape, stl, name, line) in [(cutter, &tube, "cutter", 4), (block, &square, "block", 3)] {
-        let (told, shown, code) = told_of_open(shape, stl, through);
+        let (told, shown, code) = told_of_open(MILL, shape, stl, through);
         assert!(told.contains(&("unresolved", line)) && code == Some(1), "{name}: {told:?}\n{shown}");
         assert!(shown.contains("UNRESOLVED") && shown.contains("not watertight"), "{name}: {shown}");
-        let (told, shown, code) = told_of_open(shape, stl, beside);
+        let (told, shown, code) = told_of_open(MILL, shape, stl, beside);
         assert!(told.is_empty() && code == Some(0), "{name}: {told:?}\n{shown}");
         let what = if name == "cutter" { "what `cutter` cuts" } else { "what is cut away from `block`" };
         assert!(shown.contains(&format!("not examined: {what}")), "{name}: {shown}");
@@ -88,71 +90,49 @@ fn what_open_meshes_cut_is_unresolved_and_never_clear() {
     // A clamp without top and bottom, beside which the cutter goes down.
     let clamp = "shape = { kind = \"rounded-box\", size_mm = [20, 20, 40], fillet_mm = 1 }";
     let frame = walls(&[[-10.0, -10.0], [10.0, -10.0], [10.0, 10.0], [-10.0, 10.0]], [-20.0, 20.0]);
-    let (told, shown, code) = told_of_open(clamp, &frame, "G0 X90\nG0 Z0\nG0 Z50\nM2");
+    let (told, shown, code) = told_of_open(MILL, clamp, &frame, "G0 X90\nG0 Z0\nG0 Z50\nM2");
     assert!(told.is_empty() && code == Some(0), "{told:?}\n{shown}");
     assert!(shown.contains("not examined: what lies wholly inside `clamp`"), "{shown}");
     // An open shank is asked of the uncut block, which it meets at Z -10.
     let ring: Vec<[f64; 2]> = around.iter().map(|p| p.map(|x| 1.2 * x)).collect();
     let shank = "shape = { kind = \"cylinder\", radius_mm = 6, height_mm = 20 }";
-    let text = mill_with_tools().replacen(shank, "mesh = \"open.stl\"", 1);
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("open.stl"), walls(&ring, [0.0, 20.0])).unwrap();
-    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
-    std::fs::write(folder.path().join("own.ngc"), "G0 Z5\nT3 M6\nM3 S1000 G1 Z-11 F100\nG0 Z50\nM2").unwrap();
-    let scene = Scene::load(folder.path()).unwrap();
-    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
-    let told: Vec<_> = outcome.events.iter().map(|event| (event.kind.name(), event.first.line)).collect();
-    assert_eq!(told, [("collision", 3)]);
+    let (stl, program) = (walls(&ring, [0.0, 20.0]), "G0 Z5\nT3 M6\nM3 S1000 G1 Z-11 F100\nG0 Z50\nM2");
+    assert_eq!(told_of_open(&mill_with_tools(), shank, &stl, program).0, [("collision", 3)]);
 }
 
 #[test]
 fn a_workpiece_that_stays_whole_is_named() {
-    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2");
-    let run = |arguments: &[&str]| {
-        let output = bvbench().args(["check", "--quiet"]).args(arguments).arg(folder.path()).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stdout).unwrap())
-    };
-    let (code, shown) = run(&["--stock-resolution", "none"]);
+    let folder = folder_of(MILL, "M3 S1000 G0 X-60\nG0 Z-10\nG1 X-30 F500\nG0 X40\nG0 Z50\nM2");
+    let (code, shown, _) = check(&folder, &["--stock-resolution", "none"]);
     assert!(
         code == Some(0) && shown.contains("nothing collides, but rapids through the workpiece are not examined"),
         "{shown}"
     );
-    let (code, shown) = run(&[]);
+    let (code, shown, _) = check(&folder, &[]);
     assert!(code == Some(1) && shown.contains("`block` is cut: contact is told from a depth of 0.1 mm on"), "{shown}");
 }
 
 #[test]
 fn what_is_left_is_written_and_compared_with_the_wanted_part() {
-    let (folder, _scene) = mill("M3 S1000 G0 X-60\nG0 Z-5\nG1 X40 F500\nG0 Z50\nM2");
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    let run = |arguments: &[&str]| {
-        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
-    };
-    let left = path("left.stl");
-    let (code, text, error) = run(&["--stock-resolution", "0.5", "--stock-out", &left]);
+    let folder = folder_of(MILL, "M3 S1000 G0 X-60\nG0 Z-5\nG1 X40 F500\nG0 Z50\nM2");
+    let (code, text, error) = check(&folder, &["--stock-resolution", "0.5", "--stock-out", "left.stl"]);
     assert_eq!(code, Some(0), "{text}{error}");
     assert!(text.contains("all that may be left of `block`"), "{text}");
-    let mesh = bvbench::geometry::import::load(Path::new(&left), None).unwrap().mesh;
+    let mesh = bvbench::geometry::import::load(&folder.path("left.stl"), None).unwrap().mesh;
     assert!(mesh.edge_report().is_watertight());
     // A block of 100 x 100 x 20 with edges of 1 mm less a slot of 10 x 5, 90 long and half round at its end.
     let volume = 200_000.0 - 50.0 * 90.0 - 5.0 * 0.5 * std::f64::consts::PI * 25.0;
     assert!(mesh.signed_volume() > volume - 400.0 && mesh.signed_volume() < volume * 1.04, "{}", mesh.signed_volume());
     // What may be left, as the part that is wanted: no certain gouge, no rest. The uncut block as the wanted part: a gouge 5 mm deep.
-    let json = |arguments: &[&str]| {
-        let (code, text, error) = run(&[&["--json", "--stock-resolution", "0.5"], arguments].concat());
-        (code, serde_json::from_str::<serde_json::Value>(&text).unwrap_or_else(|_| panic!("{error}")))
-    };
-    let export =
-        bvbench().args(["scene", "export"]).arg(folder.path()).args(["--out", &path("parts")]).output().unwrap();
-    assert!(export.status.success());
-    let (code, uncut) = json(&["--target", &left]);
+    let beside = |target: &str| check_json(&folder, &["--stock-resolution", "0.5", "--target", target]);
+    assert!(folder.run(&["scene", "export", ".", "--out", "parts"]).status.success());
+    let (code, uncut) = beside("left.stl");
     let target = &uncut["stock"]["workpieces"][0]["target"];
     assert_eq!((code, &target["gouge"]["greatest_mm"]), (Some(1), &0.0.into()), "{target}");
     assert!((0.5..1.0).contains(&target["gouge"]["at_most_mm"].as_f64().unwrap()), "{target}");
     assert_eq!(target["rest"]["at_most_mm"], 0.0, "{target}");
     // The exported block is where the machine has it at first: 10 mm under the frame of its mesh.
-    let block = bvbench::geometry::import::load(Path::new(&path("parts/block.stl")), None).unwrap().mesh;
+    let block = bvbench::geometry::import::load(&folder.path("parts/block.stl"), None).unwrap().mesh;
     let raised = block.triangles().into_iter().map(|t| t.map(|p| p + nalgebra::Vector3::new(0.0, 0.0, 10.0)));
     let raised: Vec<_> = raised.collect();
     for (unit_mm, unit) in [(1.0, ""), (25.4, ":inch")] {
@@ -160,31 +140,27 @@ fn what_is_left_is_written_and_compared_with_the_wanted_part() {
             let vertices = t.corners.map(|p| p / unit_mm).map(|p| format!("vertex {} {} {}\n", p.x, p.y, p.z)).concat();
             format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
         });
-        let text = format!("solid block\n{}endsolid block\n", text.collect::<String>());
-        std::fs::write(path("block.stl"), text).unwrap();
-        let (code, gouged) = json(&["--target", &path(&format!("block.stl{unit}"))]);
+        folder.write("block.stl", &format!("solid block\n{}endsolid block\n", text.collect::<String>()));
+        let (code, gouged) = beside(&format!("block.stl{unit}"));
         let gouge = &gouged["stock"]["workpieces"][0]["target"]["gouge"];
         let (depth, volume) = (gouge["greatest_mm"].as_f64().unwrap(), gouge["volume_mm3"].as_f64().unwrap());
         assert!(code == Some(1) && gouged["clear"] == false, "{unit}: {gouged}");
         assert!((4.0..=5.01).contains(&depth) && (3000.0..=4800.0).contains(&volume), "{unit}: {gouge}");
     }
-    let (code, _, error) = run(&["--target", &path("no.stl")]);
+    let (code, _, error) = check(&folder, &["--target", "no.stl"]);
     assert!(code == Some(2) && error.contains("--target"), "{error}");
-    let (code, _, error) = run(&["--stock-resolution", "0"]);
+    let (code, _, error) = check(&folder, &["--stock-resolution", "0"]);
     assert!(code == Some(2) && error.contains("--stock-resolution"), "{error}");
 }
 
 #[test]
 fn an_answer_that_is_not_decided_to_the_last_tenth_says_so() {
-    let (folder, _scene) = mill("G0 X-60\nG0 Z5\nG0 X0\nG0 Z0\nG0 Z50\nM2");
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    let shown = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{shown}");
+    let folder = folder_of(MILL, "G0 X-60\nG0 Z5\nG0 X0\nG0 Z0\nG0 Z50\nM2");
+    let (code, shown, _) = check(&folder, &[]);
+    assert_eq!(code, Some(0), "{shown}");
     assert!(shown.contains("nothing collides, but for what may touch the stock by at most 0.0"), "{shown}");
     assert!(shown.contains("not decided: whether block:cutter touch in"), "{shown}");
-    let arguments = ["check", "--quiet", "--json"];
-    let output = bvbench().args(arguments).arg(folder.path()).output().unwrap();
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (_, json) = check_json(&folder, &[]);
     let touch = &json["stock"]["touches"][0];
     assert!(touch["at_most_mm"].as_f64().unwrap() <= 0.1 && touch["line"] == 4, "{json}");
 }
@@ -193,39 +169,37 @@ fn an_answer_that_is_not_decided_to_the_last_tenth_says_so() {
 fn an_axis_beyond_its_limits_hides_no_collision() {
     // Z goes to 260 of 200 on line 4, X to 300 and -300 of 200; the clamp is hit on lines 1 and 6.
     let program = "M3 S1000 G0 X70 Z0\nG0 Z50\nG0 X0\nZ260\nX300 Z50\nG1 X70 Z0 F1000\nX-300\nM2";
-    let (folder, scene) = mill(program);
-    let outcome = run_own(&scene, &Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() });
+    let outcome = outcome_of(MILL, program);
     let over: Vec<_> = outcome.over_travel.iter().map(|over| (over.line, over.cause.axis, over.cause.value)).collect();
     assert_eq!(over, [(4, 'Z', 260.0), (5, 'X', 300.0), (7, 'X', -300.0)]);
     assert_eq!(outcome.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1, 6]);
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    let shown = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(1));
+    let (code, shown, _) = check(&folder_of(MILL, program), &[]);
+    assert_eq!(code, Some(1));
     assert!(
         shown.contains("OVER-TRAVEL") && shown.contains("axis Z at 260 mm is outside its limits -50 to 200 mm"),
         "{shown}"
     );
     // Over-travel alone is not clear either.
-    let (folder, _) = mill("G0 Z260\nM2");
-    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).output().unwrap();
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((output.status.code(), &json["clear"], &json["collides"]), (Some(1), &false.into(), &false.into()));
+    let folder = folder_of(MILL, "G0 Z260\nM2");
+    let (code, json) = check_json(&folder, &[]);
+    assert_eq!((code, &json["clear"], &json["collides"]), (Some(1), &false.into(), &false.into()));
     assert_eq!(json["over_travel"][0]["line"], 1);
-    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
-    let csv = String::from_utf8(output.stdout).unwrap();
+    let (_, csv, _) = check(&folder, &["--csv"]);
     assert!(csv.lines().nth(1).unwrap().starts_with("over-travel,,Z,,1,"), "{csv}");
 }
 
 #[test]
 fn what_is_written_never_replaces_what_is_read() {
-    let (folder, _) = mill("G0 Z20\nM2");
-    let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("other.ngc"), "G0 Z10\nM2\n").unwrap();
-    std::fs::write(path("shop.toml"), "").unwrap();
-    std::fs::write(path("blank.stl"), "").unwrap();
-    std::fs::create_dir(path("folder.png")).unwrap();
-    let before = |name: &str| std::fs::read(path(name)).ok();
-    let scene = folder.path().to_str().unwrap().to_owned();
+    let folder = folder_of(MILL, "G0 Z20\nM2");
+    folder.write("other.ngc", "G0 Z10\nM2\n");
+    folder.write("shop.toml", "");
+    folder.write("blank.stl", "");
+    std::fs::create_dir(folder.path("folder.png")).unwrap();
+    let before = |name: &str| std::fs::read(folder.path(name)).ok();
+    let refused = |verb: &[&str], option: &str, name: &str| {
+        let [scene, file] = [folder.root(), &folder.path(name)].map(|path| path.to_str().unwrap().to_owned());
+        folder.refused(&[verb, &[&scene, option, &file]].concat())
+    };
     for (verb, option, name) in [
         (&["check", "--quiet"][..], "--stock-out", "blank.stl"),
         (&["check", "--quiet"], "--sarif", "shop.toml"),
@@ -237,26 +211,20 @@ fn what_is_written_never_replaces_what_is_read() {
         (&["program", "path"], "--out", "own.ngc"),
     ] {
         let content = before(name);
-        let output = bvbench().args(verb).arg(&scene).args([option]).arg(path(name)).output().unwrap();
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(
-            output.status.code() == Some(2) && error.contains(option) && error.contains(name),
-            "{option} {name}: {error}"
-        );
+        let error = refused(verb, option, name);
+        assert!(error.contains(option) && error.contains(name), "{option} {name}: {error}");
         assert_eq!(before(name), content, "{option} {name}");
     }
     for (verb, option, name, ending) in
-        [("check", "--stock-out", "left.obj", ".stl"), ("scene picture", "--out", "picture.jpg", ".png")]
+        [(&["check"][..], "--stock-out", "left.obj", ".stl"), (&["scene", "picture"], "--out", "picture.jpg", ".png")]
     {
-        let output = bvbench().args(verb.split(' ')).arg(&scene).arg(option).arg(path(name)).output().unwrap();
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && error.contains(&format!("ends with {ending}")), "{name}: {error}");
-        assert!(!path(name).exists(), "{name}");
+        let error = refused(verb, option, name);
+        assert!(error.contains(&format!("ends with {ending}")), "{name}: {error}");
+        assert!(!folder.path(name).exists(), "{name}");
     }
     // Reports of an earlier run are replaced.
     for _ in 0..2 {
-        let output = bvbench().args(["check", "--quiet", &scene, "--sarif"]).arg(path("own.sarif")).output().unwrap();
-        assert_eq!(output.status.code(), Some(0));
+        assert_eq!(check(&folder, &["--sarif", "own.sarif"]).0, Some(0));
     }
 }
 
@@ -268,21 +236,18 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
         format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
     });
     let stl = format!("solid clamp\n{}endsolid clamp\n", tetrahedron.concat());
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name);
-    std::fs::create_dir_all(path("scene/meshes")).unwrap();
-    std::fs::write(path("clamp.stl"), &stl).unwrap();
-    std::fs::write(path("scene/meshes/block.stl"), &stl).unwrap();
     let clamp = "shape = { kind = \"rounded-box\", size_mm = [20, 20, 40], fillet_mm = 1 }";
     let block = "shape = { kind = \"rounded-box\", size_mm = [100, 100, 20], fillet_mm = 1 }";
     let text = MILL.replace(clamp, "mesh = \"../clamp.stl\"").replace(block, "mesh = \"meshes/block.stl\"");
-    std::fs::write(path("scene/scene.toml"), &text).unwrap();
-    std::fs::write(path("scene/own.ngc"), "G0 Z20\nM2").unwrap();
-    let run = |verb: &[&str], out: &str| {
-        let output = bvbench().args(verb).arg(path(out)).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
-    };
-    let scene = path("scene").to_str().unwrap().to_owned();
+    let folder = Folder::with(&[
+        ("clamp.stl", stl.as_str()),
+        ("scene/meshes/block.stl", &stl),
+        ("scene/scene.toml", &text),
+        ("scene/own.ngc", "G0 Z20\nM2"),
+    ]);
+    let path = |name: &str| folder.path(name).to_str().unwrap().to_owned();
+    let refused = |verb: &[&str], out: &str| folder.refused(&[verb, &[&path(out)]].concat());
+    let scene = path("scene");
     for (verb, out) in [
         (&["check", "--quiet", &scene, "--stock-out"][..], "clamp.stl"),
         (&["check", "--quiet", &scene, "--sarif"], "clamp.stl"),
@@ -291,15 +256,16 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
         (&["scene", "export", &scene, "--out"], "."),
         (&["scene", "export", &scene, "--out"], "scene/meshes"),
     ] {
-        let (code, error) = run(verb, out);
-        assert!(code == Some(2) && error.contains("would replace what is read"), "{verb:?}: {error}");
+        let error = refused(verb, out);
+        assert!(error.contains("would replace what is read"), "{verb:?}: {error}");
         for file in ["clamp.stl", "scene/meshes/block.stl"] {
             assert_eq!(std::fs::read_to_string(path(file)).unwrap(), stl, "{verb:?}");
         }
     }
-    assert!(!path("cutter.stl").exists() && !path("scene/meshes/cutter.stl").exists(), "nothing is written");
+    for file in ["cutter.stl", "scene/meshes/cutter.stl"] {
+        assert!(!folder.path(file).exists(), "nothing is written");
+    }
     // Subroutines in files, of a program and of one that is wrong; stock and a target whose names have `@` and `:`.
-    std::fs::create_dir(path("job")).unwrap();
     let subroutine = "o<sub> sub\nG0 Z30\no<sub> endsub\nM2\n";
     let texts = [
         ("job/sub.ngc", subroutine),
@@ -308,10 +274,9 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
         ("job/a@b:c.stl", stl.as_str()),
     ];
     for (name, text) in texts {
-        std::fs::write(path(name), text).unwrap();
+        folder.write(name, text);
     }
-    let [main, wrong, mesh] =
-        ["main.ngc", "wrong.ngc", "a@b:c.stl"].map(|name| format!("{}/{name}", path("job").display()));
+    let [main, wrong, mesh] = ["job/main.ngc", "job/wrong.ngc", "job/a@b:c.stl"].map(path);
     let stock = format!("{mesh}:mm@0,0,-9");
     for (verb, out, told) in [
         (&["check", "--quiet", &scene, &main, "--sarif"][..], "job/sub.ngc", "would replace what is read"),
@@ -328,40 +293,32 @@ fn what_a_scene_reads_elsewhere_is_not_replaced() {
             "would replace what is read",
         ),
     ] {
-        let (code, error) = run(verb, out);
-        assert!(code == Some(2) && error.contains(told), "{verb:?}: {error}");
+        let error = refused(verb, out);
+        assert!(error.contains(told), "{verb:?}: {error}");
         for (name, text) in texts {
             assert_eq!(std::fs::read_to_string(path(name)).unwrap(), text, "{verb:?}");
         }
     }
     // Two parts, one file.
-    std::fs::write(
-        path("scene/scene.toml"),
-        text.replace("\"clamp\"", "\"a/b\"").replace("\"cutter\", l", "\"a-b\", l"),
-    )
-    .unwrap();
-    let (code, error) = run(&["scene", "export", &scene, "--out"], "out");
-    assert!(code == Some(2) && error.contains("parts `a/b` and `a-b` would both"), "{error}");
-}
-
-fn bvbench() -> Command {
-    Command::cargo_bin("bvbench").unwrap()
+    let text = text.replace("\"clamp\"", "\"a/b\"").replace("\"cutter\", l", "\"a-b\", l");
+    folder.write("scene/scene.toml", &text);
+    let error = refused(&["scene", "export", &scene, "--out"], "out");
+    assert!(error.contains("parts `a/b` and `a-b` would both"), "{error}");
 }
 
 #[test]
 fn formats_and_exit_codes() {
-    let clear = mill("G0 Z20\nM2").0;
-    bvbench().args(["check", "--quiet"]).arg(clear.path()).assert().code(0);
-    let (folder, _) = mill("G21 G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
+    assert_eq!(check(&folder_of(MILL, "G0 Z20\nM2"), &[]).0, Some(0));
+    let folder = folder_of(MILL, "G21 G0 Z5\nG0 Z-2\nG0 Z50\nG0 X70\nG0 Z0\nM2");
     let run = |arguments: &[&str]| {
-        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
-        String::from_utf8(output.stdout).unwrap()
+        let (code, shown, _) = check(&folder, arguments);
+        assert_eq!(code, Some(1), "{arguments:?}");
+        shown
     };
-    let json: serde_json::Value = serde_json::from_str(&run(&["--json"])).unwrap();
+    let json: Value = serde_json::from_str(&run(&["--json"])).unwrap();
     assert_eq!((&json["collides"], &json["notes"]), (&true.into(), &serde_json::json!([])));
     assert_eq!(json["events"].as_array().unwrap().iter().filter(|e| e["kind"] != "near").count(), 2);
-    let first: serde_json::Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
+    let first: Value = serde_json::from_str(&run(&["--json", "--first", "--clearance", "0"])).unwrap();
     assert_eq!(first["events"].as_array().unwrap().len(), 1);
     assert_eq!(first["events"][0]["block"], "G0 Z-2");
     let csv = run(&["--csv", "--clearance", "0"]);
@@ -379,10 +336,9 @@ fn formats_and_exit_codes() {
 fn a_program_that_looks_like_another_controls_is_named_unless_a_dialect_is() {
     let program = "%\nO0001 (VISE PART)\nG21 G0 Z20.\nM30\n%";
     let run = |text: &str, arguments: &[&str]| {
-        let (folder, _scene) = scene_of(text, program);
-        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
-        String::from_utf8(output.stdout).unwrap()
+        let (code, shown, told) = check(&folder_of(text, program), arguments);
+        assert_eq!(code, Some(0), "{shown}{told}");
+        shown
     };
     let of_scene = MILL.replacen("file = \"own.ngc\"\n", "file = \"own.ngc\"\ndialect = \"haas\"\n", 1);
     let note = "not examined: line 2: the program looks as if it were written for a Fanuc or Haas control (O0001)";
@@ -395,7 +351,7 @@ fn a_program_that_looks_like_another_controls_is_named_unless_a_dialect_is() {
         let shown = run(text, arguments);
         let is_right = shown.contains(note) == is_noted && shown.contains(&format!(", read as {dialect}: nothing"));
         assert!(is_right, "{arguments:?}: {shown}");
-        let json: serde_json::Value = serde_json::from_str(&run(text, &[arguments, &["--json"]].concat())).unwrap();
+        let json: Value = serde_json::from_str(&run(text, &[arguments, &["--json"]].concat())).unwrap();
         assert_eq!(json["dialect"], dialect);
         let notes = json["notes"].as_array().unwrap();
         assert_eq!(notes.iter().filter(|note| note["not_examined"] == true).count(), usize::from(is_noted), "{json}");
@@ -407,15 +363,11 @@ fn clearances_hold_for_pairs_and_roles() {
     // The cutter passes 6 mm over the clamp, which is a part of the machine.
     let program = "G0 Z26\nG0 X70\nG0 X0\nM2";
     let zones = |text: &str, asked: &[&str]| {
-        let (folder, _scene) = scene_of(text, program);
-        let mut command = bvbench();
-        command.args(["check", "--json", "--quiet"]).arg(folder.path());
-        let output = command.args(asked.iter().flat_map(|asked| ["--clearance", asked])).output().unwrap();
-        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(output.status.code(), Some(0));
-        let zones: Vec<f64> =
-            json["events"].as_array().unwrap().iter().map(|event| event["zone_mm"].as_f64().unwrap()).collect();
-        zones
+        let asked: Vec<&str> = asked.iter().flat_map(|asked| ["--clearance", asked]).collect();
+        let (code, json) = check_json(&folder_of(text, program), &asked);
+        assert_eq!(code, Some(0));
+        let events = json["events"].as_array().unwrap();
+        events.iter().map(|event| event["zone_mm"].as_f64().unwrap()).collect::<Vec<_>>()
     };
     assert_eq!(zones(MILL, &[]), [14.0, 8.0]);
     assert_eq!(zones(MILL, &["5"]), [0.0; 0]);
@@ -430,20 +382,15 @@ fn clearances_hold_for_pairs_and_roles() {
 
 #[test]
 fn a_clearance_of_nothing_is_refused_with_its_place() {
-    let (folder, _scene) = scene_of(MILL, "G0 Z20\nM2");
-    let refused = |asked: &[&str]| {
-        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).args(asked).output().unwrap();
-        assert_eq!(output.status.code(), Some(2), "{asked:?}");
-        String::from_utf8(output.stderr).unwrap()
-    };
+    let folder = folder_of(MILL, "G0 Z20\nM2");
     for (asked, part) in [("holdr=5", "no part and no role `holdr`"), ("-1", "from 0"), ("clamp=x", "`x` is no number")]
     {
-        let told = refused(&[&format!("--clearance={asked}")]);
+        let told = folder.refused(&["check", "--quiet", ".", &format!("--clearance={asked}")]);
         assert!(told.contains(part) && told.contains("--clearance"), "{told}");
     }
     let text = MILL.replacen("[check]\n", "[check]\nclearance = [\"5\", \"clamb=2\"]\n", 1);
-    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
-    let told = refused(&[]);
+    folder.write("scene.toml", &text);
+    let told = folder.refused(&["check", "--quiet", "."]);
     assert!(told.contains("scene.toml:16") && told.contains("`clamb`") && told.contains("clamp"), "{told}");
 }
 
@@ -455,9 +402,8 @@ fn a_machine_changes_tools_where_it_says() {
     let changes = text.replacen("[program]\n", "[program]\ntool_change = { Z = 150, X = -150 }\n", 1);
     assert_eq!(told_by(&text, "G0 Z10\nT2 M6\nG0 Z50\nM2"), [("tool-change-into-workpiece", 2)]);
     assert_eq!(told_by(&changes, "G0 Z10\nT2 M6\nG0 Z50\nM2"), []);
-    let (_folder, scene) = scene_of(&changes, program);
-    let moves: Vec<_> =
-        scene.program.as_ref().unwrap().program.moves.iter().map(|m| (m.line, m.kind.name(), m.end)).collect();
+    let moves = scene_of(&changes, program).program.unwrap().program.moves;
+    let moves: Vec<_> = moves.iter().map(|m| (m.line, m.kind.name(), m.end)).collect();
     let at = |x: f64, z: f64| rs274::Position([x, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let wanted = [
         (1, "rapid", at(70.0, 25.0)),
@@ -468,71 +414,53 @@ fn a_machine_changes_tools_where_it_says() {
         (4, "rapid", at(0.0, 30.0)),
     ];
     assert_eq!(moves, wanted);
-    let (folder, _scene) = scene_of(&text, program);
-    std::fs::write(
-        folder.path().join("scene.toml"),
-        text.replacen("[program]\n", "[program]\ntool_change = { Q = 1 }\n", 1),
-    )
-    .unwrap();
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    assert!(String::from_utf8(output.stderr).unwrap().contains("tool_change: `Q` is not an axis"));
+    let wrong = text.replacen("[program]\n", "[program]\ntool_change = { Q = 1 }\n", 1);
+    let (_, _, told) = check(&folder_of(&wrong, program), &[]);
+    assert!(told.contains("tool_change: `Q` is not an axis"), "{told}");
 }
 
 #[test]
 fn another_program_runs_though_the_scenes_own_is_missing_and_offsets_and_tools_come_from_the_command_line() {
-    let (folder, _) = mill("G0 Z20\nM2");
-    let other = folder.path().join("other.ngc");
-    std::fs::write(&other, "G0 X0 Z-25\nM2").unwrap();
-    std::fs::remove_file(folder.path().join("own.ngc")).unwrap();
-    let run =
-        |arguments: &[&str]| bvbench().args(["check", "--quiet"]).arg(folder.path()).args(arguments).output().unwrap();
-    let program = other.to_str().unwrap();
-    assert_eq!(run(&[program]).status.code(), Some(1));
-    assert_eq!(run(&[]).status.code(), Some(2));
+    let folder = Folder::with(&[("scene.toml", MILL), ("other.ngc", "G0 X0 Z-25\nM2")]);
+    let program = "other.ngc";
+    assert_eq!(check(&folder, &[program]).0, Some(1));
+    assert_eq!(check(&folder, &[]).0, Some(2));
     // 50 mm higher all is clear; so it is with a tool of 50 mm.
-    assert_eq!(run(&[program, "--offset", "G54=0,0,50"]).status.code(), Some(0));
-    std::fs::write(&other, "G43 H7 G0 X0 Z-25\nM2").unwrap();
-    let unknown = run(&[program]);
-    let error = String::from_utf8(unknown.stderr).unwrap();
-    assert!(unknown.status.code() == Some(2) && error.contains("--tool-table"), "{error}");
-    let table = folder.path().join("mill.tbl");
-    std::fs::write(&table, "T7 P7 Z50 D10\n").unwrap();
-    assert_eq!(run(&[program, "--tool-table", table.to_str().unwrap()]).status.code(), Some(0));
+    assert_eq!(check(&folder, &[program, "--offset", "G54=0,0,50"]).0, Some(0));
+    folder.write(program, "G43 H7 G0 X0 Z-25\nM2");
+    let (code, _, error) = check(&folder, &[program]);
+    assert!(code == Some(2) && error.contains("--tool-table"), "{error}");
+    folder.write("mill.tbl", "T7 P7 Z50 D10\n");
+    assert_eq!(check(&folder, &[program, "--tool-table", "mill.tbl"]).0, Some(0));
     for (offset, message) in [
         ("G54", "must be like"),
         ("G60=1,2,3", "is not one of"),
         ("G54=1,2", "2 numbers"),
         ("G54=1,2,inf", "not finite"),
     ] {
-        let output = run(&[program, "--offset", offset]);
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && error.contains(message), "{offset}: {error}");
+        let (code, _, error) = check(&folder, &[program, "--offset", offset]);
+        assert!(code == Some(2) && error.contains(message), "{offset}: {error}");
     }
 }
 
 #[test]
 fn near_misses_are_one_line_for_each_pair() {
     // Three times 1 mm over the clamp, within all three zones; then into it.
-    let (folder, _) = mill("G0 Z21\nG0 X70\nG0 X0\nG0 X70\nG0 X140\nG0 Z15\nG0 X70\nM2");
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    let shown = String::from_utf8(output.stdout).unwrap();
+    let program = "G0 Z21\nG0 X70\nG0 X0\nG0 X70\nG0 X140\nG0 Z15\nG0 X70\nM2";
+    let (_, shown, _) = check(&folder_of(MILL, program), &[]);
     let lines: Vec<&str> = shown.lines().filter(|line| line.trim_start().starts_with("clamp:cutter")).collect();
     assert!(shown.contains("NEAR MISSES") && lines.len() == 2, "{shown}");
     assert!(lines[1].contains("1.000") && lines[1].split_whitespace().nth(1) == Some("2"), "{shown}");
     // No table without a row: what is near here leads to the collision.
-    let (folder, _) = mill("G0 X140\nG0 Z15\nG0 X70\nM2");
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    let shown = String::from_utf8(output.stdout).unwrap();
+    let (_, shown, _) = check(&folder_of(MILL, "G0 X140\nG0 Z15\nG0 X70\nM2"), &[]);
     assert!(shown.contains("COLLISION") && !shown.contains("NEAR MISSES"), "{shown}");
 }
 
 #[test]
 fn a_certificate_tells_the_first_touch_of_a_line_once() {
     // Pecks of one line into the clamp, up to Z20: the later ones begin in contact.
-    let (folder, _) = mill("G0 X70\nG98 G73 Z10 R25 Q4 F100\nM2");
-    let certificate = folder.path().join("a.cert");
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).arg("--certify").arg(certificate).output();
-    let shown = String::from_utf8(output.unwrap().stdout).unwrap();
+    let folder = folder_of(MILL, "G0 X70\nG98 G73 Z10 R25 Q4 F100\nM2");
+    let (_, shown, _) = check(&folder, &["--certify", "a.cert"]);
     let lines: Vec<&str> = shown.lines().filter(|line| line.starts_with("proved: line 2, move ")).collect();
     let later = lines.iter().filter(|line| line.ends_with("in contact from the beginning of the move on")).count();
     assert!(lines.len() > 2 && lines[0].contains("first touch") && later == lines.len() - 1, "{shown}");
@@ -542,18 +470,12 @@ fn a_certificate_tells_the_first_touch_of_a_line_once() {
 
 #[test]
 fn lines_with_a_slash_are_skipped_when_asked() {
-    let (folder, _) = mill("G0 Z20\n/G0 Z-2\nM2");
-    let other = folder.path().join("other.ngc");
-    std::fs::write(&other, "/G0 Z-2\nG0 Z20\nM2").unwrap();
-    for (program, block_delete, code) in
-        [(None, false, 1), (None, true, 0), (Some(&other), false, 1), (Some(&other), true, 0)]
+    let folder = folder_of(MILL, "G0 Z20\n/G0 Z-2\nM2");
+    folder.write("other.ngc", "/G0 Z-2\nG0 Z20\nM2");
+    for (arguments, code) in
+        [(&[][..], 1), (&["--block-delete"], 0), (&["other.ngc"], 1), (&["other.ngc", "--block-delete"], 0)]
     {
-        let mut command = bvbench();
-        command.args(["check", "--quiet"]).arg(folder.path()).args(program);
-        if block_delete {
-            command.arg("--block-delete");
-        }
-        command.assert().code(code);
+        assert_eq!(check(&folder, arguments).0, Some(code), "{arguments:?}");
     }
 }
 
@@ -584,23 +506,18 @@ fn a_program_without_a_unit_is_read_as_mm_with_a_note_or_as_asked() {
         (scene.as_str(), &[], 1, false),
         (scene.as_str(), &["--units", "mm"], 0, false),
     ] {
-        let (folder, _) = scene_of(text, program);
-        let output = bvbench().args(["check", "--quiet", "--clearance", "0"]).arg(folder.path()).args(options).output();
-        let output = output.unwrap();
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!((output.status.code(), told.contains("read as mm")), (Some(code), is_told), "{options:?}: {told}");
+        let (found, _, told) = check(&folder_of(text, program), &[&["--clearance", "0"], options].concat());
+        assert_eq!((found, told.contains("read as mm")), (Some(code), is_told), "{options:?}: {told}");
     }
 }
 
 #[test]
 fn a_variable_is_set_before_the_program() {
-    let (folder, _) = mill("G0 Z20\nG0 Z#510\nM2");
+    let folder = folder_of(MILL, "G0 Z20\nG0 Z#510\nM2");
     for (options, code) in
         [(&[][..], 2), (&["--variable", "510=20"], 0), (&["--variable", "510=-2"], 1), (&["--variable", "5221=20"], 2)]
     {
-        let mut command = bvbench();
-        command.args(["check", "--quiet", "--dialect", "fanuc"]).arg(folder.path()).args(options);
-        command.assert().code(code);
+        assert_eq!(check(&folder, &[&["--dialect", "fanuc"], options].concat()).0, Some(code), "{options:?}");
     }
 }
 
@@ -611,18 +528,13 @@ fn what_a_program_leaves_unknown_is_named() {
         ("G0 Z40\nG38.2 Z30 F100\nG0 Z40\nM2", "linuxcnc", "line 2: nothing stops a probe here"),
         ("G0 Z40.\nG31 Z30. F100.\nG0 Z40.\nM30", "haas", "line 2: nothing stops a probe here"),
     ] {
-        let (folder, _) = mill("G0 Z20\nM2");
-        std::fs::write(folder.path().join("own.ngc"), program).unwrap();
-        let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
-        let mut command = bvbench();
-        command.current_dir(folder.path()).args(["check", "--quiet", ".", "--dialect", dialect]);
-        command.args(reports);
-        let output = command.output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{program}: {output:?}");
-        let shown = String::from_utf8(output.stdout).unwrap();
+        let folder = folder_of(MILL, program);
+        let (code, shown, error) =
+            check(&folder, &["--dialect", dialect, "--sarif", "out.sarif", "--junit", "out.xml"]);
+        assert_eq!(code, Some(0), "{program}: {error}");
         assert!(shown.contains(&format!("not examined: {told}")), "{program}: {shown}");
         for report in ["out.sarif", "out.xml"] {
-            let text = std::fs::read_to_string(folder.path().join(report)).unwrap();
+            let text = std::fs::read_to_string(folder.path(report)).unwrap();
             assert!(text.contains(told), "{program}: {text}");
         }
     }
@@ -630,23 +542,19 @@ fn what_a_program_leaves_unknown_is_named() {
 
 #[test]
 fn a_tool_without_parts_is_named_beside_the_csv() {
-    let (folder, _) = scene_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
-    let output = bvbench().args(["check", "--quiet", "--csv"]).arg(folder.path()).output().unwrap();
-    let rows = String::from_utf8(output.stdout).unwrap();
-    assert_eq!((output.status.code(), rows.lines().count()), (Some(1), 2), "{rows}");
+    let folder = folder_of(&mill_with_tools(), "T8 M6\nG0 Z40\nM2");
+    let (code, rows, told) = check(&folder, &["--csv"]);
+    assert_eq!((code, rows.lines().count()), (Some(1), 2), "{rows}");
     assert!(rows.contains("\ntool-without-part,,tool 8,,1,"), "{rows}");
-    assert!(String::from_utf8(output.stderr).unwrap().contains("not examined: tool 8"));
+    assert!(told.contains("not examined: tool 8"), "{told}");
 }
 
 #[test]
 fn bad_input_ends_with_2_and_names_the_place() {
-    let (folder, _) = mill("G0 Z20\nM2");
-    let bad = folder.path().join("bad.ngc");
+    let folder = folder_of(MILL, "G0 Z20\nM2");
     let refused = |program: &str, message: &str| {
-        std::fs::write(&bad, program).unwrap();
-        let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(&bad).output().unwrap();
-        let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{error}");
+        folder.write("bad.ngc", program);
+        let error = folder.refused(&["check", "--quiet", ".", "bad.ngc"]);
         assert!(error.contains(message), "{error}");
     };
     refused(
@@ -657,66 +565,58 @@ fn bad_input_ends_with_2_and_names_the_place() {
     refused("G0 X1\nA90\nM2", "bad.ngc:2: the program moves axis A to 90 degrees, and no joint of the machine");
     refused("G0 X1\nG0 Z40 U-10\nM2", "bad.ngc:2: the program moves axis U to -10 mm");
     // A program or a mesh in the place of the scene.
-    std::fs::write(folder.path().join("part.stl"), b"solid \xff").unwrap();
+    std::fs::write(folder.path("part.stl"), b"solid \xff").unwrap();
     for (verb, file) in [("check", "own.ngc"), ("view", "own.ngc"), ("try", "own.ngc"), ("check", "part.stl")] {
-        let output = bvbench().arg(verb).arg(folder.path().join(file)).output().unwrap();
-        let error = String::from_utf8(output.stderr).unwrap();
+        let error = folder.refused(&[verb, file]);
         let told = format!("{file} is no scene: give a folder with scene.toml");
-        assert!(output.status.code() == Some(2) && error.contains(&told), "{verb} {file}: {error}");
+        assert!(error.contains(&told), "{verb} {file}: {error}");
     }
-    let missing = Path::new("no/such.ngc");
-    bvbench().args(["check", "--quiet"]).arg(folder.path()).arg(missing).assert().code(2);
-    bvbench().args(["check", "--quiet", "no-such-scene"]).assert().code(2);
-    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--method", "nothing"]).assert().code(2);
-    bvbench().args(["check", "--quiet"]).arg(folder.path()).args(["--step", "0"]).assert().code(2);
+    folder.refused(&["check", "--quiet", "no-such-scene"]);
+    for arguments in [&["no/such.ngc"][..], &["--method", "nothing"], &["--step", "0"]] {
+        folder.refused(&[&["check", "--quiet", "."], arguments].concat());
+    }
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_program_whose_name_is_not_unicode_is_checked() {
     use std::os::unix::ffi::OsStrExt;
-    let (folder, _) = mill("G0 Z20\nM2");
-    let program = folder.path().join(std::ffi::OsStr::from_bytes(b"caf\xe9.ngc"));
+    let folder = folder_of(MILL, "G0 Z20\nM2");
+    let program = folder.root().join(std::ffi::OsStr::from_bytes(b"caf\xe9.ngc"));
     std::fs::write(&program, "G0 Z20\nM2").unwrap();
-    let output = bvbench().args(["check", "--quiet", "--json"]).arg(folder.path()).arg(&program).output().unwrap();
+    let output = folder.command(&["check", "--quiet", "--json", "."]).arg(&program).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(json["program"].as_str().unwrap().ends_with("caf\u{fffd}.ngc"), "{json}");
 }
 
 #[test]
 fn a_machine_whose_parts_are_all_neighbours_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
     let [clamp, cutter] = ["clamp", "cutter"].map(|name| MILL.find(&format!("  {{ name = \"{name}\"")).unwrap());
     let table = ", joint = { axis = \"X\", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }";
     let text = [&MILL[..clamp], &MILL[cutter..]].concat().replacen(table, "", 1);
     let text = text.replace("role = \"workpiece\", ", "").replace("role = \"cutter\", ", "");
-    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
-    std::fs::write(folder.path().join("own.ngc"), "G0 Z1\nM2").unwrap();
-    let output = bvbench().args(["check", "--quiet"]).arg(folder.path()).output().unwrap();
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && error.contains("no two parts that could collide"), "{error}");
+    let error = folder_of(&text, "G0 Z1\nM2").refused(&["check", "--quiet", "."]);
+    assert!(error.contains("no two parts that could collide"), "{error}");
 }
 
 #[test]
 fn scene_tells_what_it_holds_and_writes_its_meshes() {
-    let (folder, _) = mill("G0 Z20\nG0 X50\nM2");
+    let folder = folder_of(MILL, "G0 Z20\nG0 X50\nM2");
     let text = |arguments: &[&str]| {
-        let output =
-            bvbench().arg("scene").arg(arguments[0]).arg(folder.path()).args(&arguments[1..]).output().unwrap();
-        assert!(output.status.success());
-        String::from_utf8(output.stdout).unwrap()
+        let (code, shown, _) = folder.told(&[&["scene"], arguments].concat());
+        assert_eq!(code, Some(0));
+        shown
     };
-    let info: serde_json::Value = serde_json::from_str(&text(&["info", "--json"])).unwrap();
+    let info: Value = serde_json::from_str(&text(&["info", ".", "--json"])).unwrap();
     assert_eq!(info["parts"].as_array().unwrap().len(), 3);
     assert_eq!(info["links"][0]["joint"]["max"], 200.0);
-    let pairs: serde_json::Value = serde_json::from_str(&text(&["pairs", "--json"])).unwrap();
+    let pairs: Value = serde_json::from_str(&text(&["pairs", ".", "--json"])).unwrap();
     let kept = pairs.as_array().unwrap().iter().filter(|pair| pair["kept"] == true).count();
     assert_eq!((pairs.as_array().unwrap().len(), kept), (3, 2)); // block and clamp are rigid
-    assert!(text(&["pairs"]).contains("no joint between them"));
-    let out = folder.path().join("meshes");
-    text(&["export", "--out", out.to_str().unwrap()]);
-    let stl = stl_io::read_stl(&mut std::fs::File::open(out.join("clamp.stl")).unwrap()).unwrap();
+    assert!(text(&["pairs", "."]).contains("no joint between them"));
+    text(&["export", ".", "--out", "meshes"]);
+    let stl = stl_io::read_stl(&mut std::fs::File::open(folder.path("meshes/clamp.stl")).unwrap()).unwrap();
     let x: Vec<f32> = stl.vertices.iter().map(|v| v[0]).collect();
     assert!((x.iter().copied().fold(f32::INFINITY, f32::min) - 60.0).abs() < 1e-3);
     assert!((x.iter().copied().fold(f32::NEG_INFINITY, f32::max) - 80.0).abs() < 1e-3);
@@ -724,14 +624,12 @@ fn scene_tells_what_it_holds_and_writes_its_meshes() {
 
 #[test]
 fn a_tool_vector_has_two_solutions() {
-    let inverse = |arguments: &[&str]| {
-        let output = bvbench().args(["scene", "inverse", "trunnion-impeller"]).args(arguments).output().unwrap();
-        (output.status.code(), String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
-    };
+    let inverse =
+        |arguments: &[&str]| Folder::with(&[]).told(&[&["scene", "inverse", "trunnion-impeller"], arguments].concat());
     // tan A = 3 / 4, towards x, which C turns to y and y is where A tilts: C 90 or -90.
     let (code, text, _) = inverse(&["--direction", "0.6,0,0.8", "--from", "A-5,C-60", "--json"]);
     assert_eq!(code, Some(0));
-    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let found: Value = serde_json::from_str(&text).unwrap();
     let axes = |name: &str| ["A", "C"].map(|axis| found[name]["position"][axis].as_f64().unwrap());
     assert_eq!((axes("chosen"), axes("other")), ([-36.869_898, -90.0], [36.869_898, 90.0]));
     assert!(found["other"]["forbidden"].as_str().unwrap().contains("axis A at 36.8"), "{text}");
@@ -772,12 +670,11 @@ tool_link = "head"
 work_link = "table"
 direction = [0, 1, 0]
 "#;
-    let (folder, _) = scene_of(scene, "M2");
+    let folder = folder_of(scene, "M2");
     for (direction, tilt) in [("0,0,1", 0.0), ("0,-0.5,0.8660254037844386", 30.0)] {
-        let inverse = ["scene", "inverse", folder.path().to_str().unwrap(), "--direction", direction, "--json"];
-        let output = bvbench().args(inverse).output().unwrap();
-        assert!(output.status.success(), "{direction}");
-        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let (code, text, _) = folder.told(&["scene", "inverse", ".", "--direction", direction, "--json"]);
+        assert_eq!(code, Some(0), "{direction}");
+        let found: Value = serde_json::from_str(&text).unwrap();
         let angles = ["A", "B"].map(|axis| found["chosen"]["position"][axis].as_f64().unwrap());
         assert_eq!(angles, [tilt, 0.0], "{direction}");
     }

@@ -5,13 +5,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use bvbench::check::{Settings, check};
-use bvbench::measure::Silent;
-use bvbench::registry;
-use bvbench::scene::{Clearances, Overrides, Scene};
-use std::collections::BTreeMap;
+mod support;
+
+use bvbench::scene::Scene;
 use std::fmt::Write as _;
 use std::path::Path;
+use support::{in_memory, run_own, with_zones};
 
 /// The machines: name and scene.
 const MACHINES: [(&str, &str); 6] = [
@@ -693,18 +692,12 @@ fn changed(machine: &str, change: Option<(&str, &str)>) -> String {
 }
 
 fn load(machine: &str, text: &str, program: &str) -> Scene {
-    let files = [("scene.toml", text), ("program.ngc", program)];
-    let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
-    Scene::from_memory(machine, BTreeMap::from(files), &Overrides::default())
-        .unwrap_or_else(|error| panic!("{machine}: {error}\n{program}"))
+    in_memory(machine, &[("scene.toml", text), ("program.ngc", program)])
 }
 
 /// All that `check` has to say, in the order of the program: line, kind, parts or axis.
 fn told(scene: &Scene) -> Vec<(u32, &'static str, String)> {
-    let registry = registry::standard();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    let run = scene.program.as_ref().unwrap();
-    let outcome = check(scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();
+    let outcome = run_own(scene, &with_zones(&[]));
     let events = outcome.events.iter().map(|e| (e.first.line, e.kind.name(), scene.pair_name(e.pair)));
     let over = outcome.over_travel.iter().map(|over| (over.line, TRAVEL, over.cause.axis.to_string()));
     let mut told: Vec<_> = events.chain(over).collect();

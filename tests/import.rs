@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use assert_cmd::Command;
+mod support;
+
 use serde_json::Value;
 use std::fs;
-use tempfile::TempDir;
+use support::Folder;
 
 /// A slide along X that carries `part` before a block.
 const SCENE: &str = r#"title = "A slide"
@@ -26,22 +27,18 @@ shape = { kind = "rounded-box", size_mm = [2, 3, 4] }
 const GAP: &str = "OFF 9 9 0\n0 0 0\n6 0 0\n0 1 0\n0 0 1\n20 0 0\n26 0 0\n20 1 0\n20 0 1\n20.001 0 1\n\
     3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 3 1 2\n3 4 6 5\n3 4 5 7\n3 4 7 6\n3 5 6 8\n";
 
-fn folder(scene: &str, mesh: &[u8]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    fs::write(folder.path().join("part.off"), mesh).unwrap();
-    folder
+fn folder(scene: &str, mesh: &str) -> Folder {
+    Folder::with(&[("scene.toml", scene), ("part.off", mesh)])
 }
 
-fn info(folder: &TempDir, more: &[&str]) -> std::process::Output {
-    let mut command = Command::cargo_bin("bvbench").unwrap();
-    command.current_dir(folder.path()).args(["scene", "info", "."]).args(more).output().unwrap()
+fn info(folder: &Folder, more: &[&str]) -> (Option<i32>, String, String) {
+    folder.told(&[&["scene", "info", "."], more].concat())
 }
 
 fn surface(scene: &str) -> Value {
-    let output = info(&folder(scene, GAP.as_bytes()), &["--json"]);
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
-    let mut value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (code, shown, told) = info(&folder(scene, GAP), &["--json"]);
+    assert_eq!(code, Some(0), "{told}");
+    let mut value: Value = serde_json::from_str(&shown).unwrap();
     value["parts"][0]["surface"].take()
 }
 
@@ -59,7 +56,7 @@ fn scene_info_reports_gaps_and_what_welding_closes() {
     assert_eq!((&closed["import"]["weld_mm"], &closed["import"]["welded_vertices"]), (&0.01.into(), &1.into()));
     assert!((closed["volume_mm3"].as_f64().unwrap() - 2.0).abs() < 1e-6); // twice 6·1·1 / 6
 
-    let text = String::from_utf8(info(&folder(SCENE, GAP.as_bytes()), &[]).stdout).unwrap();
+    let (_, text, _) = info(&folder(SCENE, GAP), &[]);
     assert!(text.contains("not watertight: 4 edges on one triangle, 2 components, 1 leaking"), "{text}");
     assert!(
         text.contains("part from part.off: OFF in units of 1 mm, 9 triangles, 1 duplicate triangles dropped"),
@@ -107,9 +104,8 @@ fn whatever_is_wrong_is_said_with_its_place_and_exit_code_2() {
             "scene.toml:10:8: part `block`: density: 1000000000 is outside 0.05 to 20",
         ),
     ] {
-        let output = info(&folder(&scene, mesh.as_bytes()), &[]);
-        let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{error}");
+        let (code, _, error) = info(&folder(&scene, &mesh), &[]);
+        assert_eq!(code, Some(2), "{error}");
         assert!(error.contains(message), "{error}\ndoes not say\n{message}");
     }
 }
@@ -137,11 +133,10 @@ fn every_reader_refuses_a_cut_file_with_its_place_and_exit_code_2() {
             content.truncate(content.len() * 3 / 4);
         }
         let name = format!("part.{}", seeds.rsplit('.').next().unwrap());
-        let folder = folder(&SCENE.replace("part.off", &name), b"");
-        fs::write(folder.path().join(&name), content).unwrap();
-        let output = info(&folder, &[]);
-        let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{seeds}: {error}");
+        let folder = folder(&SCENE.replace("part.off", &name), "");
+        fs::write(folder.path(&name), content).unwrap();
+        let (code, _, error) = info(&folder, &[]);
+        assert_eq!(code, Some(2), "{seeds}: {error}");
         assert!(error.contains(&format!("{name}: {place}")), "{seeds}: {error}");
     }
 }

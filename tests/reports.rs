@@ -2,7 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use assert_cmd::Command;
+#[path = "support/mill.rs"]
+mod mill;
+mod support;
+
+use mill::{MILL, folder_of};
 use quick_xml::escape::resolve_predefined_entity;
 use quick_xml::events::Event;
 use quick_xml::{Reader, XmlVersion};
@@ -10,69 +14,39 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use tempfile::TempDir;
+use support::Folder;
 
-/// A cutter of 10 mm over a block whose top is at Z 0, a clamp beside it from X 60 to 80 and up to Z 20, and a finger that may be touched.
-const MILL: &str = r#"
-title = "A small mill"
-[[machine.links]]
-name = "table"
-joint = { axis = "X", direction = [-1, 0, 0], min_mm = -200, max_mm = 200 }
-[[machine.links]]
-name = "head"
-joint = { axis = "Z", direction = [0, 0, 1], min_mm = -50, max_mm = 200 }
-[[parts]]
-name = "block"
-link = "table"
-role = "workpiece"
-at = { xyz_mm = [0, 0, -10] }
-shape = { kind = "rounded-box", size_mm = [100, 100, 20], fillet_mm = 1 }
-[[parts]]
-name = "clamp <A & B>"
-link = "table"
-at = { xyz_mm = [70, 0, 0] }
-shape = { kind = "rounded-box", size_mm = [20, 20, 40], fillet_mm = 1 }
-[[parts]]
-name = "finger"
-link = "table"
-at = { xyz_mm = [-70, 0, 0] }
-shape = { kind = "rounded-box", size_mm = [4, 4, 4], fillet_mm = 1 }
-[[parts]]
-name = "cutter"
-link = "head"
-role = "cutter"
-shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 }
-[program]
-file = "own.ngc"
-start = { z_mm = 50 }
-[check]
-rapid_mm_min = 6000
-allow = [["cutter", "finger"]]
-"#;
+/// The mill, whose clamp has a name to be escaped, with a finger that may be touched.
+fn mill() -> String {
+    let finger = r#"  { name = "finger", link = "table", at = { xyz_mm = [-70, 0, 0] }, shape = { kind = "rounded-box", size_mm = [4, 4, 4], fillet_mm = 1 } },"#;
+    let cutter = "  { name = \"cutter\"";
+    let text = MILL.replacen("\"clamp\"", "\"clamp <A & B>\"", 1).replacen(cutter, &format!("{finger}\n{cutter}"), 1);
+    text + "allow = [[\"cutter\", \"finger\"]]\n"
+}
 
 /// A rapid into the block, a feed into the clamp, a near miss above the clamp, and a Z beyond its limit.
 const CRASHES: &str = "(<crash> & \x1b[31mcontrol\x1b[0m)\nG0 Z5\nG0 Z-2\nG0 Z50\nG1 X70 Z10 F1000 (\x07bell)\nG0 Z21\nG0 X0\nG0 Z260\nM2\n";
 
-fn scene(program: &str) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), MILL).unwrap();
-    fs::write(folder.path().join("own.ngc"), program).unwrap();
-    folder
+fn scene(program: &str) -> Folder {
+    folder_of(&mill(), program)
 }
 
 /// Runs `check` in the scene's folder, where both reports go; the exit code.
-fn check(folder: &Path, arguments: &[&str]) -> i32 {
-    let mut command = Command::cargo_bin("bvbench").unwrap();
-    command.current_dir(folder).args(["check", "--quiet", "."]).args(arguments);
-    command.output().unwrap().status.code().unwrap()
+fn check(folder: &Folder, arguments: &[&str]) -> i32 {
+    folder.run(&[&["check", "--quiet", "."], arguments].concat()).status.code().unwrap()
+}
+
+/// The log of a check, which obeys the rules.
+fn read_sarif(folder: &Folder, name: &str) -> Value {
+    let log = serde_json::from_slice(&fs::read(folder.path(name)).unwrap()).unwrap();
+    obeys_the_rules(&log);
+    log
 }
 
 fn sarif_of(program: &str, code: i32, arguments: &[&str]) -> Value {
     let folder = scene(program);
-    assert_eq!(check(folder.path(), &[arguments, &["--sarif", "out.sarif"]].concat()), code);
-    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
-    obeys_the_rules(&log);
-    log
+    assert_eq!(check(&folder, &[arguments, &["--sarif", "out.sarif"]].concat()), code);
+    read_sarif(&folder, "out.sarif")
 }
 
 fn text(value: &Value) -> &str {
@@ -179,10 +153,9 @@ fn near_misses_are_notes_and_what_is_there_at_first_is_at_line_1() {
     );
     let lowered = ["--offset", "G54=0,0,0"];
     let folder = scene("G0 Z60\nM2");
-    fs::write(folder.path().join("scene.toml"), MILL.replace("z_mm = 50", "z_mm = -5")).unwrap();
-    assert_eq!(check(folder.path(), &[&lowered[..], &["--sarif", "out.sarif"]].concat()), 1);
-    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
-    obeys_the_rules(&log);
+    folder.write("scene.toml", &mill().replace("z_mm = 50", "z_mm = -5"));
+    assert_eq!(check(&folder, &[&lowered[..], &["--sarif", "out.sarif"]].concat()), 1);
+    let log = read_sarif(&folder, "out.sarif");
     let result = &log["runs"][0]["results"][0];
     assert_eq!(result["locations"][0]["physicalLocation"]["region"]["startLine"], 1);
     assert!(text(&result["message"]["text"]).contains("before the first move"), "{result}");
@@ -192,15 +165,14 @@ fn near_misses_are_notes_and_what_is_there_at_first_is_at_line_1() {
 fn a_check_without_an_answer_replaces_the_reports_of_an_earlier_one() {
     let folder = scene("G0 Z21\nM2");
     let reports = ["--sarif", "out.sarif", "--junit", "out.xml"];
-    assert_eq!(check(folder.path(), &reports), 0);
-    fs::write(folder.path().join("own.ngc"), "G0 Z21\nG77\nM2").unwrap();
-    assert_eq!(check(folder.path(), &reports), 2);
-    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("out.sarif")).unwrap()).unwrap();
-    obeys_the_rules(&log);
+    assert_eq!(check(&folder, &reports), 0);
+    folder.write("own.ngc", "G0 Z21\nG77\nM2");
+    assert_eq!(check(&folder, &reports), 2);
+    let log = read_sarif(&folder, "out.sarif");
     let invocation = &log["runs"][0]["invocations"][0];
     assert_eq!(invocation["executionSuccessful"], false);
     assert!(text(&invocation["toolExecutionNotifications"][0]["message"]["text"]).contains("own.ngc:2:1"));
-    let suite = read_junit(&folder.path().join("out.xml"));
+    let suite = read_junit(&folder.path("out.xml"));
     assert_eq!((&*suite.counts["tests"], &*suite.counts["errors"]), ("1", "1"));
     assert!(suite.cases[0].texts["error"].contains("own.ngc:2:1"), "{:?}", suite.cases[0]);
 }
@@ -209,11 +181,11 @@ fn a_check_without_an_answer_replaces_the_reports_of_an_earlier_one() {
 fn reports_replace_neither_the_program_nor_the_scene() {
     let folder = scene("G0 Z21\nM2");
     for bad in ["own.ngc", "scene.toml", "."] {
-        assert_eq!(check(folder.path(), &["own.ngc", "--sarif", bad]), 2, "{bad}");
-        assert_eq!(check(folder.path(), &["own.ngc", "--junit", bad]), 2, "{bad}");
+        assert_eq!(check(&folder, &["own.ngc", "--sarif", bad]), 2, "{bad}");
+        assert_eq!(check(&folder, &["own.ngc", "--junit", bad]), 2, "{bad}");
     }
-    assert_eq!(check(folder.path(), &["own.ngc", "--sarif", "x", "--junit", "x"]), 2);
-    assert_eq!(fs::read_to_string(folder.path().join("own.ngc")).unwrap(), "G0 Z21\nM2");
+    assert_eq!(check(&folder, &["own.ngc", "--sarif", "x", "--junit", "x"]), 2);
+    assert_eq!(fs::read_to_string(folder.path("own.ngc")).unwrap(), "G0 Z21\nM2");
 }
 
 #[derive(Debug, Default)]
@@ -309,8 +281,8 @@ fn read_junit(file: &Path) -> Suite {
 #[test]
 fn junit_has_a_case_for_each_pair_and_one_for_the_limits() {
     let folder = scene(CRASHES);
-    assert_eq!(check(folder.path(), &["--junit", "reports/out.xml"]), 1);
-    let suite = read_junit(&folder.path().join("reports/out.xml"));
+    assert_eq!(check(&folder, &["--junit", "reports/out.xml"]), 1);
+    let suite = read_junit(&folder.path("reports/out.xml"));
     let failed: Vec<(&str, &str)> = suite
         .cases
         .iter()
@@ -329,9 +301,9 @@ fn junit_has_a_case_for_each_pair_and_one_for_the_limits() {
     let class = &suite.cases[0].class;
     assert!(!class.is_empty() && suite.cases.iter().all(|case| case.class == *class));
     // A clear program fails no case, and tells what came near.
-    fs::write(folder.path().join("own.ngc"), "G0 Z21\nG0 X70\nG0 X0\nM2").unwrap();
-    assert_eq!(check(folder.path(), &["--junit", "reports/out.xml"]), 0);
-    let clear = read_junit(&folder.path().join("reports/out.xml"));
+    folder.write("own.ngc", "G0 Z21\nG0 X70\nG0 X0\nM2");
+    assert_eq!(check(&folder, &["--junit", "reports/out.xml"]), 0);
+    let clear = read_junit(&folder.path("reports/out.xml"));
     assert_eq!(clear.counts["failures"], "0");
     let near = clear.cases.iter().find(|case| case.name.contains("clamp")).unwrap();
     assert!(near.texts["system-out"].contains("own.ngc:2: "), "{near:?}");
@@ -381,7 +353,7 @@ fn whatever_fails_a_check_is_in_every_report() {
             "proof of each block",
         ),
         (
-            ["role = \"cutter\"\n", "role = \"cutter\"\ntool = 1\n"],
+            ["role = \"cutter\"", "role = \"cutter\", tool = 1"],
             "G0 Z40\nT8 M6\nG0 Z30\nG1 X5 F500\nM2",
             &[],
             "tool-without-part",
@@ -389,33 +361,28 @@ fn whatever_fails_a_check_is_in_every_report() {
             "tools in use",
         ),
     ] {
-        let folder = scene(program);
-        let changed = MILL.replacen(from, to, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
-        fs::write(folder.path().join("scene.toml"), changed).unwrap();
+        let text = mill().replacen(from, to, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
+        let folder = folder_of(&text, program);
         for (name, low, high) in [
             ("box.stl", [-50.0, -50.0, -10.0], [50.0, 50.0, 10.0]),
             ("wide.stl", [-60.0, -50.0, -10.0], [60.0, 50.0, 6.0]),
             ("inner.stl", [-40.0, -40.0, -9.0], [40.0, 40.0, 8.1]),
             ("wall.stl", [-40.0, -0.5, -9.0], [40.0, 0.5, 9.9]),
         ] {
-            fs::write(folder.path().join(name), box_stl(low, high)).unwrap();
+            folder.write(name, &box_stl(low, high));
         }
         let reports = ["check", "--quiet", ".", "--clearance", "0", "--csv", "--sarif", "a.sarif", "--junit", "b.xml"];
-        let mut command = Command::cargo_bin("bvbench").unwrap();
-        let output = command.current_dir(folder.path()).args(reports).args(arguments).output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{rule}: {told}");
-        let log: Value = serde_json::from_slice(&fs::read(folder.path().join("a.sarif")).unwrap()).unwrap();
-        obeys_the_rules(&log);
+        let (code, csv, told) = folder.told(&[&reports[..], arguments].concat());
+        assert_eq!(code, Some(1), "{rule}: {told}");
+        let log = read_sarif(&folder, "a.sarif");
         let [result] = &log["runs"][0]["results"].as_array().unwrap()[..] else { panic!("{rule}: {log}") };
         let region = &result["locations"][0]["physicalLocation"]["region"];
         let found = (text(&result["ruleId"]), text(&result["level"]), region["startLine"].as_u64());
         assert_eq!(found, (rule, "error", Some(line)), "{result}");
-        let suite = read_junit(&folder.path().join("b.xml"));
+        let suite = read_junit(&folder.path("b.xml"));
         let failed: Vec<_> = suite.cases.iter().filter(|case| case.texts.contains_key("failure")).collect();
         let [only] = &failed[..] else { panic!("{rule}: {suite:?}") };
         assert_eq!((only.name.as_str(), only.kinds[0].as_str()), (&*format!("own.ngc: {case}"), rule));
-        let csv = String::from_utf8(output.stdout).unwrap();
         assert!(csv.lines().count() == 2 && csv.lines().nth(1).unwrap().starts_with(&format!("{rule},")), "{csv}");
     }
 }
@@ -425,22 +392,21 @@ fn how_a_program_is_read_is_in_every_report() {
     // X 5 without a decimal point twice, a zero that nothing has set, and a probe.
     let folder = scene("G21 G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM30");
     let reports = ["check", "--quiet", ".", "--dialect", "haas", "--json", "--sarif", "a.sarif", "--junit", "b.xml"];
-    let output = Command::cargo_bin("bvbench").unwrap().current_dir(folder.path()).args(reports).output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let (code, shown, told) = folder.told(&reports);
+    assert_eq!(code, Some(0), "{shown}{told}");
     let wanted = [
         (2, 1, false, "X has no decimal point"),
         (3, 2, true, "the origin of G54.1P12 is taken to be zero"),
         (4, 0, true, "nothing stops a probe here"),
     ];
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let log: Value = serde_json::from_slice(&fs::read(folder.path().join("a.sarif")).unwrap()).unwrap();
-    obeys_the_rules(&log);
+    let json: Value = serde_json::from_str(&shown).unwrap();
+    let log = read_sarif(&folder, "a.sarif");
     assert_eq!((text(&json["dialect"]), text(&log["runs"][0]["properties"]["dialect"])), ("haas", "haas"));
-    let junit = fs::read_to_string(folder.path().join("b.xml")).unwrap();
+    let junit = fs::read_to_string(folder.path("b.xml")).unwrap();
     assert!(junit.contains("<property name=\"dialect\" value=\"haas\"/>"), "{junit}");
     let notices = log["runs"][0]["invocations"][0]["toolExecutionNotifications"].as_array().unwrap();
     let located: Vec<&Value> = notices.iter().filter(|notice| notice["locations"].is_array()).collect();
-    let suite = read_junit(&folder.path().join("b.xml"));
+    let suite = read_junit(&folder.path("b.xml"));
     let case = suite.cases.iter().find(|case| case.name == "own.ngc: how the program is read").unwrap();
     let (notes, lines) = (json["notes"].as_array().unwrap(), case.texts["system-out"].lines().collect::<Vec<_>>());
     assert_eq!((notes.len(), located.len(), lines.len()), (3, 3, 3), "{json} {log} {case:?}");
@@ -461,16 +427,11 @@ fn how_a_program_is_read_is_in_every_report() {
 #[test]
 fn reports_come_beside_what_is_printed() {
     let folder = scene(CRASHES);
-    let mut command = Command::cargo_bin("bvbench").unwrap();
-    command
-        .current_dir(folder.path())
-        .args(["check", "--quiet", ".", "--json", "--sarif", "a.sarif", "--junit", "b.xml"]);
-    let output = command.output().unwrap();
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((output.status.code(), &json["collides"]), (Some(1), &Value::Bool(true)));
-    assert!(folder.path().join("a.sarif").is_file() && folder.path().join("b.xml").is_file());
-    let help = Command::cargo_bin("bvbench").unwrap().args(["check", "--help"]).output().unwrap();
-    let help = String::from_utf8(help.stdout).unwrap();
+    let (code, shown, _) = folder.told(&["check", "--quiet", ".", "--json", "--sarif", "a.sarif", "--junit", "b.xml"]);
+    let json: Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!((code, &json["collides"]), (Some(1), &Value::Bool(true)));
+    assert!(folder.path("a.sarif").is_file() && folder.path("b.xml").is_file());
+    let (_, help, _) = folder.told(&["check", "--help"]);
     let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("part.ngc --sarif part.sarif --junit part.xml"));
     assert!(words.contains("or with --certify a block is not proved, 2 bad usage"), "{words}");

@@ -7,20 +7,20 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 #![allow(clippy::print_stdout, reason = "the long form tells what it covered")]
 
-use bvbench::check::{Cutting, Kind, Outcome, Settings, check};
+mod support;
+
+use bvbench::check::{Cutting, Kind, Outcome, Settings};
 use bvbench::geometry::Mesh;
 use bvbench::geometry::shapes::{Shape, Tessellation};
-use bvbench::measure::Silent;
-use bvbench::registry;
-use bvbench::scene::{Clearances, Overrides, Scene};
+use bvbench::scene::Scene;
 use bvbench::stock::{Body, Material, Step, Stock};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
 use std::sync::Arc;
+use support::{in_memory, run_own, with_zones};
 
 /// Half the sides of the block, its middle at the origin.
 const BLOCK: [f64; 3] = [20.0, 15.0, 10.0];
@@ -82,39 +82,39 @@ impl Machine {
     }
 
     fn scene(self, cutter: Cutter, start: &[f64; 5], program: &str) -> Scene {
-        let slide = |name: &str, parent: &str, axis: &str, direction: &str| {
-            let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
-            format!(
-                "[[machine.links]]\nname = \"{name}\"\n{parent}joint = {{ axis = \"{axis}\", direction = {direction} }}\n"
-            )
-        };
-        let mut text = String::from("title = \"A block\"\n");
-        text += &slide("x", "", "X", "[1, 0, 0]");
-        text += &slide("y", "x", "Y", "[0, 1, 0]");
-        text += &slide("z", "y", "Z", "[0, 0, 1]");
-        let mut on = String::new();
-        if self.turns {
-            text += &slide("a", "", "A", "[1, 0, 0]");
-            text += &slide("c", "a", "C", "[0, 0, 1]");
-            on = "link = \"c\"\n".to_owned();
-        }
         let [x, y, z] = BLOCK.map(|half| 2.0 * half);
-        let _ = write!(
-            text,
-            "[[parts]]\nname = \"block\"\nrole = \"workpiece\"\n{on}shape = {{ kind = \"rounded-box\", size_mm = [{x}, {y}, {z}] }}\n\
-            [[parts]]\nname = \"cutter\"\nlink = \"z\"\nrole = \"cutter\"\nat = {{ xyz_mm = [0, 0, {}] }}\nshape = {}\n\
-            [program]\nfile = \"program.ngc\"\nstart = {{ x_mm = {}, y_mm = {}, z_mm = {} }}\n",
-            // The origin of a capsule is its middle.
-            if let Cutter::Ball(radius, length) = cutter { radius + 0.5 * length } else { 0.0 },
+        // The origin of a capsule is its middle.
+        let up = if let Cutter::Ball(radius, length) = cutter { radius + 0.5 * length } else { 0.0 };
+        let [start_x, start_y, start_z, ..] = start;
+        let (turns, on) = if self.turns {
+            (
+                r#"
+  { name = "a", joint = { axis = "A", direction = [1, 0, 0] } },
+  { name = "c", parent = "a", joint = { axis = "C", direction = [0, 0, 1] } },"#,
+                r#"link = "c", "#,
+            )
+        } else {
+            ("", "")
+        };
+        let text = format!(
+            r#"
+title = "A block"
+machine.links = [
+  {{ name = "x", joint = {{ axis = "X", direction = [1, 0, 0] }} }},
+  {{ name = "y", parent = "x", joint = {{ axis = "Y", direction = [0, 1, 0] }} }},
+  {{ name = "z", parent = "y", joint = {{ axis = "Z", direction = [0, 0, 1] }} }},{turns}
+]
+parts = [
+  {{ name = "block", role = "workpiece", {on}shape = {{ kind = "rounded-box", size_mm = [{x}, {y}, {z}] }} }},
+  {{ name = "cutter", link = "z", role = "cutter", at = {{ xyz_mm = [0, 0, {up}] }}, shape = {} }},
+]
+[program]
+file = "program.ngc"
+start = {{ x_mm = {start_x}, y_mm = {start_y}, z_mm = {start_z} }}
+"#,
             cutter.shape(),
-            start[0],
-            start[1],
-            start[2],
         );
-        let files = [("scene.toml", text.as_str()), ("program.ngc", program)];
-        let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
-        Scene::from_memory("block", BTreeMap::from(files), &Overrides::default())
-            .unwrap_or_else(|error| panic!("{error}\n{text}\n{program}"))
+        in_memory("block", &[("scene.toml", &text), ("program.ngc", program)])
     }
 }
 
@@ -245,14 +245,7 @@ impl Trial {
 
     fn run(&self) -> Outcome {
         let scene = self.machine.scene(self.cutter, &self.start, &program(&self.lines));
-        let settings = Settings {
-            clearances: Some(Clearances::everywhere(&[])),
-            cutting: Cutting::At(RESOLUTION_MM),
-            ..Settings::standard()
-        };
-        let registry = registry::standard();
-        check(&scene, scene.program.as_ref().unwrap(), registry.fastest().unwrap(), &registry, &settings, &Silent)
-            .unwrap()
+        run_own(&scene, &Settings { cutting: Cutting::At(RESOLUTION_MM), ..with_zones(&[]) })
     }
 
     /// What the outcome says that dense sampling with `cutter` contradicts.
@@ -436,28 +429,32 @@ fn what_stands_meets_the_material_that_another_cutter_takes_away_after_it() {
 /// A cutter that stays 3 mm or more above the top of a block that turns.
 #[test]
 fn what_stays_away_from_the_uncut_block_may_not_touch_it() {
-    let scene = "title = \"block\"\n[[machine.links]]\nname = \"gantry\"\njoint = { axis = \"X\", direction = [1, 0, 0] }\n\
-        [[machine.links]]\nname = \"head\"\nparent = \"gantry\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n\
-        [[machine.links]]\nname = \"table\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n\
-        [[parts]]\nname = \"cutter\"\nlink = \"head\"\nrole = \"cutter\"\nshape = { kind = \"cylinder\", radius_mm = 5, height_mm = 30 }\n\
-        [[parts]]\nname = \"block\"\nlink = \"table\"\nrole = \"workpiece\"\nat = { xyz_mm = [0, 0, -25] }\n\
-        shape = { kind = \"rounded-box\", size_mm = [120, 120, 50] }\n\
-        [program]\nfile = \"own.ngc\"\nstep_mm = 3\nstart = { z_mm = 50 }\n";
+    let scene = r#"
+title = "block"
+machine.links = [
+  { name = "gantry", joint = { axis = "X", direction = [1, 0, 0] } },
+  { name = "head", parent = "gantry", joint = { axis = "Z", direction = [0, 0, 1] } },
+  { name = "table", joint = { axis = "C", direction = [0, 0, 1] } },
+]
+parts = [
+  { name = "cutter", link = "head", role = "cutter", shape = { kind = "cylinder", radius_mm = 5, height_mm = 30 } },
+  { name = "block", link = "table", role = "workpiece", at = { xyz_mm = [0, 0, -25] }, shape = { kind = "rounded-box", size_mm = [120, 120, 50] } },
+]
+[program]
+file = "own.ngc"
+step_mm = 3
+start = { z_mm = 50 }
+"#;
     let mut random = Pcg64::seed_from_u64(1);
     let mut rapids = String::new();
     for _ in 0..8 {
         let [x, z, c] = [(-90.0, 90.0), (3.0, 30.0), (-180.0, 180.0)].map(|(low, high)| random.random_range(low..high));
         let _ = writeln!(rapids, "G0 X{x:.3} Z{z:.3} C{c:.2}");
     }
-    let registry = registry::standard();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     for program in ["G0 X50 Z5\nG0 C-30\n", "G0 X75 Z15\nG0 C-360\n", rapids.as_str()] {
         let program = format!("G21 G90\n{program}M2\n");
-        let files = [("scene.toml", scene), ("own.ngc", program.as_str())];
-        let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
-        let scene = Scene::from_memory("block", BTreeMap::from(files), &Overrides::default()).unwrap();
-        let run = scene.program.as_ref().unwrap();
-        let outcome = check(&scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();
+        let scene = in_memory("block", &[("scene.toml", scene), ("own.ngc", &program)]);
+        let outcome = run_own(&scene, &with_zones(&[]));
         assert!(outcome.is_clear() && outcome.touches.is_empty(), "{program}: {:?}", outcome.touches);
     }
 }
@@ -478,34 +475,34 @@ fn lathe(ways: &[(bool, [f64; 2])]) -> Scene {
     for (is_feed, [x, z]) in ways {
         let _ = writeln!(program, "G{} X{:.6} Z{z:.6}", u8::from(*is_feed), 2.0 * x);
     }
-    let folder = tempfile::tempdir().unwrap();
+    let ([radius, length], [width, height]) = (BAR, INSERT);
     let text = format!(
-        "title = \"bar\"\n[[machine.links]]\nname = \"carriage\"\njoint = {{ axis = \"Z\", direction = [0, 0, 1] }}\n\
-        [[machine.links]]\nname = \"slide\"\nparent = \"carriage\"\njoint = {{ axis = \"X\", direction = [1, 0, 0] }}\n\
-        [[machine.links]]\nname = \"spindle\"\njoint = {{ axis = \"C\", direction = [0, 0, 1] }}\n\
-        [[parts]]\nname = \"bar\"\nlink = \"spindle\"\nrole = \"workpiece\"\nshape = {{ kind = \"cylinder\", radius_mm = {}, height_mm = {} }}\n\
-        tessellation = {{ density = 6 }}\n\
-        [[parts]]\nname = \"insert\"\nlink = \"slide\"\nrole = \"cutter\"\nat = {{ xyz_mm = [{}, 0, {}] }}\n\
-        shape = {{ kind = \"rounded-box\", size_mm = [{}, {}, {}] }}\n\
-        [program]\nfile = \"program.ngc\"\ncontroller = \"lathe\"\nstart = {{ x_mm = 30, z_mm = 70 }}\n",
-        BAR[0],
-        BAR[1],
-        0.5 * INSERT[0],
-        0.5 * INSERT[1],
-        INSERT[0],
+        r#"
+title = "bar"
+machine.links = [
+  {{ name = "carriage", joint = {{ axis = "Z", direction = [0, 0, 1] }} }},
+  {{ name = "slide", parent = "carriage", joint = {{ axis = "X", direction = [1, 0, 0] }} }},
+  {{ name = "spindle", joint = {{ axis = "C", direction = [0, 0, 1] }} }},
+]
+parts = [
+  {{ name = "bar", link = "spindle", role = "workpiece", tessellation = {{ density = 6 }}, shape = {{ kind = "cylinder", radius_mm = {radius}, height_mm = {length} }} }},
+  {{ name = "insert", link = "slide", role = "cutter", at = {{ xyz_mm = [{}, 0, {}] }}, shape = {{ kind = "rounded-box", size_mm = [{width}, {}, {height}] }} }},
+]
+[program]
+file = "program.ngc"
+controller = "lathe"
+start = {{ x_mm = 30, z_mm = 70 }}
+"#,
+        0.5 * width,
+        0.5 * height,
         2.0 * INSERT_BESIDE,
-        INSERT[1]
     );
-    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
-    std::fs::write(folder.path().join("program.ngc"), program).unwrap();
-    Scene::load(folder.path()).unwrap()
+    in_memory("bar", &[("scene.toml", &text), ("program.ngc", &program)])
 }
 
 /// Random turning: the square of (ρ, z) holds what dense sampling leaves, and is held by it; rapids into what is left are told, and no others.
 #[test]
 fn the_bounds_of_what_turns_hold_what_dense_sampling_leaves() {
-    let registry = registry::standard();
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
     let (mut solid, mut gone, mut unknown, mut crashes, mut clear) = (0, 0, 0, 0, 0);
     for seed in 0..4 * programs() {
         let mut rng = Pcg64::seed_from_u64(seed);
@@ -520,8 +517,7 @@ fn the_bounds_of_what_turns_hold_what_dense_sampling_leaves() {
             ways.push((false, [25.0, 61.0]));
         }
         let scene = lathe(&ways);
-        let run = scene.program.as_ref().unwrap();
-        let mut outcome = check(&scene, run, registry.fastest().unwrap(), &registry, &settings, &Silent).unwrap();
+        let mut outcome = run_own(&scene, &with_zones(&[]));
         let mut points: Vec<[f64; 2]> =
             (0..400).map(|_| [rng.random_range(5.0..21.0), rng.random_range(20.0..61.0)]).collect();
         points

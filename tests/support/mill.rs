@@ -3,26 +3,9 @@
 #![allow(dead_code, reason = "each test uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
-use bvbench::check::{Outcome, Settings, check};
-use bvbench::measure::Silent;
-use bvbench::registry::{self, Registry, Variant};
-use bvbench::scene::{Clearances, Scene};
-
-pub fn standard(registry: &Registry) -> &Variant {
-    registry.fastest().unwrap()
-}
-
-pub fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
-    check(
-        scene,
-        scene.program.as_ref().unwrap(),
-        standard(&registry::standard()),
-        &registry::standard(),
-        settings,
-        &Silent,
-    )
-    .unwrap()
-}
+use crate::support::{Folder, in_memory, run_own, with_zones};
+use bvbench::check::Outcome;
+use bvbench::scene::Scene;
 
 /// A cutter of 10 mm over a block of 100 x 100 x 20 whose top is at Z 0, and a clamp beside it.
 pub const MILL: &str = r#"
@@ -43,22 +26,27 @@ start = { z_mm = 50 }
 rapid_mm_min = 6000
 "#;
 
-pub fn scene_of(text: &str, program: &str) -> (tempfile::TempDir, Scene) {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), text).unwrap();
-    std::fs::write(folder.path().join("own.ngc"), program).unwrap();
-    let scene = Scene::load(folder.path()).unwrap();
-    (folder, scene)
+pub fn scene_of(text: &str, program: &str) -> Scene {
+    in_memory("mill", &[("scene.toml", text), ("own.ngc", program)])
 }
 
-pub fn mill(program: &str) -> (tempfile::TempDir, Scene) {
+/// The same in a folder.
+pub fn folder_of(text: &str, program: &str) -> Folder {
+    Folder::with(&[("scene.toml", text), ("own.ngc", program)])
+}
+
+pub fn mill(program: &str) -> Scene {
     scene_of(MILL, program)
 }
 
 /// The same from another place, with pairs that the scene names.
-pub fn mill_from(start: &str, pairs: &str, program: &str) -> (tempfile::TempDir, Scene) {
+pub fn mill_from(start: &str, pairs: &str, program: &str) -> Scene {
     let title = "title = \"A small mill\"\n";
     scene_of(&MILL.replace("start = { z_mm = 50 }", start).replace(title, &format!("{title}{pairs}\n")), program)
+}
+
+pub fn outcome_of(text: &str, program: &str) -> Outcome {
+    run_own(&scene_of(text, program), &with_zones(&[]))
 }
 
 pub fn told(program: &str) -> Vec<(&'static str, u32)> {
@@ -66,9 +54,7 @@ pub fn told(program: &str) -> Vec<(&'static str, u32)> {
 }
 
 pub fn told_by(text: &str, program: &str) -> Vec<(&'static str, u32)> {
-    let (_folder, scene) = scene_of(text, program);
-    let settings = Settings { clearances: Some(Clearances::everywhere(&[])), ..Settings::standard() };
-    run_own(&scene, &settings).events.iter().map(|event| (event.kind.name(), event.first.line)).collect()
+    outcome_of(text, program).events.iter().map(|event| (event.kind.name(), event.first.line)).collect()
 }
 
 /// The mill with the cutter as tool 1, a longer tool 2, and tool 3, whose shank begins 10 mm above its tip.

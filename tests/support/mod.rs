@@ -1,8 +1,12 @@
-//! What tests from outside share: a scratch folder, and the program run in it.
+//! What tests from outside share: a scratch folder, the program run in it, and what `check` finds in a scene in memory.
 
 #![allow(dead_code, reason = "each test uses its own part")]
 #![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
+use bvbench::check::{Outcome, Settings, check};
+use bvbench::measure::Silent;
+use bvbench::registry;
+use bvbench::scene::{Clearances, Overrides, ProgramRun, Scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -18,6 +22,27 @@ parts = [
   { name = "ball", link = "slide", shape = { kind = "sphere", radius_mm = 20 }, tessellation = { density = 0.3 } },
 ]
 "#;
+
+/// A scene of files in memory, by name and text.
+pub fn in_memory(name: &str, files: &[(&str, &str)]) -> Scene {
+    let contents = files.iter().map(|(file, text)| ((*file).to_owned(), text.as_bytes().to_vec())).collect();
+    Scene::from_memory(name, contents, &Overrides::default())
+        .unwrap_or_else(|error| panic!("{name}: {error}\n{files:?}"))
+}
+
+pub fn with_zones(zones_mm: &[f64]) -> Settings {
+    Settings { clearances: Some(Clearances::everywhere(zones_mm)), ..Settings::standard() }
+}
+
+/// What `check` finds with the fastest variant.
+pub fn checked(scene: &Scene, run: &ProgramRun, settings: &Settings) -> Outcome {
+    let registry = registry::standard();
+    check(scene, run, registry.fastest().unwrap(), &registry, settings, &Silent).unwrap()
+}
+
+pub fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
+    checked(scene, scene.program.as_ref().unwrap(), settings)
+}
 
 /// A scratch folder, gone with the value.
 pub struct Folder(tempfile::TempDir);
@@ -62,11 +87,17 @@ impl Folder {
         self.command(arguments).output().unwrap()
     }
 
+    /// Runs the program: exit code, standard output and standard error.
+    pub fn told(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
+        let output = self.run(arguments);
+        let [shown, told] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code(), shown, told)
+    }
+
     /// Runs what must be refused, and returns the message.
     pub fn refused(&self, arguments: &[&str]) -> String {
-        let output = self.run(arguments);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        let (code, _, message) = self.told(arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {message}");
         assert!(!message.contains("panicked"), "{message}");
         message
     }
