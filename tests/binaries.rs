@@ -9,7 +9,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use support::{BALL_AND_RING, Folder};
+use support::{BALL_AND_RING, Folder, words};
 
 /// Copies of this bvbench that differ in a byte behind their last section, which changes the hash and nothing else.
 fn binaries(folder: &Folder, seeds: &[u64]) -> PathBuf {
@@ -51,20 +51,16 @@ fn launches_take_the_binaries_in_turn() {
     let folder =
         Folder::with(&[("scene/scene.toml", &scene), ("scene/program.ngc", "G21 G90 G94\nG1 X20 F1000\nM2\n")]);
     let place = binaries(&folder, &[7, 8]);
-    let place = place.to_str().unwrap();
-    let stage = |verb: &str, out: &str, more: &[&str]| {
-        let mut arguments = vec!["stage", verb, "--profile", "smoke", "--scene", "scene", "--workload", "program-time"];
-        arguments.extend(["--variant", "obb-area", "--variant", "obb-vertex", "--policy", "median/shared/8"]);
-        arguments.extend(["--cold-poses", "2", "--quiet", "--out", out]);
-        arguments.extend(more);
-        arguments.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    let stage = |verb: &str, out: &str, more: &str| {
+        format!(
+            "stage {verb} --profile smoke --scene scene --workload program-time --variant obb-area --variant obb-vertex \
+             --policy median/shared/8 --cold-poses 2 --quiet --out {out} {more}"
+        )
     };
-    let measure = |out: &str, more: &[&str]| stage("measure", out, more);
-    let words = |arguments: &[String]| folder.run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    let two = ["--binary", place, "--launches", "2", "--blocks", "2", "--gzip"];
-    assert!(words(&stage("verify", "run", &two)).status.success());
-    let output = words(&measure("run", &two));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let binary = format!("--binary {}", place.display());
+    let two = format!("{binary} --launches 2 --blocks 2 --gzip");
+    folder.done(&words(&stage("verify", "run", &two)));
+    folder.done(&words(&stage("measure", "run", &two)));
     let run = folder.path("run");
     let manifest = manifest(&run);
     assert_eq!(manifest["protocol"], bvbench::record::manifest::PROTOCOL);
@@ -84,8 +80,7 @@ fn launches_take_the_binaries_in_turn() {
     assert_eq!(caches, [pair("cold", "cold")].into(), "there are no chunks but programs");
 
     fs::write(folder.path("claims.toml"), CLAIMS).unwrap();
-    let analysed = folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]);
-    assert!(analysed.status.success(), "{}", String::from_utf8_lossy(&analysed.stderr));
+    folder.done(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]);
     let ratios = fs::read_to_string(run.join("ratios.csv")).unwrap();
     assert!(ratios.contains("program-time-cold,all,program-time-cold,obb-area"), "{ratios}");
     let mut variance = csv::Reader::from_path(run.join("variance.csv")).unwrap();
@@ -99,14 +94,13 @@ fn launches_take_the_binaries_in_turn() {
     );
 
     // Finished: made again only as a whole. Another request is another run.
-    let message = folder.refused(&measure("run", &two[..2]).iter().map(String::as_str).collect::<Vec<_>>());
+    let message = folder.refused(&words(&stage("measure", "run", &binary)));
     assert!(message.contains("request"), "{message}");
     // A pilot of one binary plans nothing.
-    assert!(words(&stage("verify", "pilot", &[])).status.success());
-    assert!(words(&measure("pilot", &[])).status.success());
-    assert!(folder.run(&["stage", "analyze", "--out", "pilot", "--claims", "claims.toml"]).status.success());
-    let planned = measure("next", &["--plan-from", "pilot"]);
-    let message = folder.refused(&planned.iter().map(String::as_str).collect::<Vec<_>>());
+    folder.done(&words(&stage("verify", "pilot", "")));
+    folder.done(&words(&stage("measure", "pilot", "")));
+    folder.done(&["stage", "analyze", "--out", "pilot", "--claims", "claims.toml"]);
+    let message = folder.refused(&words(&stage("measure", "next", "--plan-from pilot")));
     assert!(message.contains("plans nothing") && message.contains("two binaries"), "{message}");
 }
 
@@ -117,11 +111,11 @@ fn a_record_is_of_one_executable() {
     let place = binaries(&folder, &[1, 2]);
     let run = |binary: u64, verb: &str| {
         let program = place.join(format!("bvbench-shuffled-{binary}"));
-        let plan = ["--profile", "smoke", "--scene", "scene", "--workload", "random", "--variant", "obb-vertex"];
-        let more = ["--variant", "aabb", "--policy", "median/shared/8", "--out", "run", "--quiet"];
-        let output =
-            Command::new(program).current_dir(folder.root()).args(["stage", verb]).args(plan).args(more).output();
-        let output = output.unwrap();
+        let line = format!(
+            "stage {verb} --profile smoke --scene scene --workload random --variant obb-vertex --variant aabb \
+             --policy median/shared/8 --out run --quiet"
+        );
+        let output = Command::new(program).current_dir(folder.root()).args(words(&line)).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
         if output.status.success() { Ok(()) } else { Err(said) }
     };
@@ -134,7 +128,7 @@ fn a_record_is_of_one_executable() {
     run(1, "measure").unwrap();
     fs::write(folder.path("claims.toml"), CLAIMS).unwrap();
     assert!(refused("report").contains("bvbench stage analyze"));
-    assert!(folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]).status.success());
+    folder.done(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]);
     // Nor does it make a part of it again.
     assert!(run(2, "measure").unwrap_err().contains("the program of an earlier stage"));
     assert!(folder.path("run/ratios.csv").exists());
@@ -147,26 +141,15 @@ fn a_record_is_of_one_executable() {
     assert!(folder.refused(&["stage", "compare", "run", "run"]).contains("bvbench stage measure"));
     assert!(run(1, "measure").unwrap_err().contains("the program"));
     run(2, "measure").unwrap();
-    assert!(folder.run(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]).status.success());
+    folder.done(&["stage", "analyze", "--out", "run", "--claims", "claims.toml"]);
 }
 
 #[test]
 fn what_is_no_binary_of_this_source_is_refused() {
     let folder = Folder::with_scene();
     let refused = |binary: &str| {
-        folder.refused(&[
-            "stage",
-            "measure",
-            "--profile",
-            "smoke",
-            "--scene",
-            "scene",
-            "--binary",
-            binary,
-            "--out",
-            "run",
-            "--quiet",
-        ])
+        let line = format!("stage measure --profile smoke --scene scene --binary {binary} --out run --quiet");
+        folder.refused(&words(&line))
     };
     assert!(refused("gone").contains("cannot read"));
     fs::create_dir(folder.path("empty")).unwrap();

@@ -5,7 +5,7 @@
 mod support;
 
 use std::fmt::Write;
-use support::Folder;
+use support::{Folder, words};
 
 /// Needles of 208 mm, 5e-4 mm wide, mm. A triangle test in plain `f64` misses 355 of the 375 contacts below.
 const NEEDLES: [(&str, [[f64; 3]; 3]); 2] = [
@@ -60,24 +60,12 @@ fn crossing_needles_hide_no_contact_from_any_safe_method() {
     }
     let variants =
         ["obb-area", "aabb", "sphere-ritter", "dop-14", "rss", "triangle-octree", "uniform-grid", "obb-wide"];
-    let mut arguments = vec![
-        "stage",
-        "verify",
-        "--profile",
-        "smoke",
-        "--scene",
-        "needles",
-        "--workload",
-        "recorded",
-        "--out",
-        "run",
-        "--quiet",
-    ];
+    let plan = "stage verify --profile smoke --scene needles --workload recorded --out run --quiet";
+    let mut arguments = words(plan);
     for variant in variants {
         arguments.extend(["--variant", variant]);
     }
-    let output = folder.run(&arguments);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&arguments);
     let mut reader = csv::Reader::from_path(folder.path("run/verification.csv")).unwrap();
     let headers = reader.headers().unwrap().clone();
     let mut seen = std::collections::BTreeMap::new();

@@ -6,7 +6,7 @@ mod support;
 
 use std::fs;
 use std::path::Path;
-use support::{BALL_AND_RING, Folder};
+use support::{BALL_AND_RING, Folder, words};
 
 /// The rows of a CSV, each as (column, cell) pairs.
 fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
@@ -28,7 +28,7 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     folder.write("rude.sh", "echo ready; while read -r line; do echo what; done\n");
     let arguments = "peers run --scene scene --out out --poses 256 --rounds 2 --quiet --variant obb-area --variant aabb@median \
                      --runner dead=false --runner missing=no-such-program --against obb-area";
-    let mut arguments: Vec<&str> = arguments.split_whitespace().collect();
+    let mut arguments = words(arguments);
     arguments.extend(["--runner", "empty=sh empty.sh", "--runner", "rude=sh rude.sh"]);
     // Right answers whose times are none: a chunk in 0 ns, a construction in 600 years, and poses that were never timed.
     let times = [("frozen", "chunk*", "0"), ("eternal", "build", "18446744073709551615")];
@@ -41,9 +41,8 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     folder.write("timeless.sh", &(own + zeros));
     arguments.extend(["--runner", "frozen=sh frozen.sh", "--runner", "eternal=sh eternal.sh"]);
     arguments.extend(["--runner", "timeless=sh timeless.sh"]);
-    let output = folder.run(&arguments);
-    let (said, noted) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
-    assert_eq!(output.status.code(), Some(1), "{noted}");
+    let (code, said, noted) = folder.told(&arguments);
+    assert_eq!(code, Some(1), "{noted}");
     for (engine, reason) in [
         ("dead", "ended with exit status: 1"),
         ("missing", "no-such-program cannot be started"),
@@ -79,8 +78,7 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     // Another mode is added to what is there.
     let arguments =
         "peers run --scene scene --out out --poses 64 --rounds 1 --quiet --variant obb-area --mode distance";
-    let output = folder.run(&arguments.split_whitespace().collect::<Vec<_>>());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&words(arguments));
     let peers = rows(&folder.path("out/peers.csv"));
     assert!(peers.iter().any(|row| cell(row, "mode") == "first"));
     let distance = peers.iter().find(|row| cell(row, "mode") == "distance" && cell(row, "stratum") == "all").unwrap();
@@ -91,12 +89,9 @@ fn engines_are_compared_and_those_that_fail_are_named() {
 fn motions_are_answered_and_compared_with_the_truth() {
     let folder = Folder::with_scene();
     let asked = "--scene scene --out out --poses 24 --quiet --mode motion --variant obb-area";
-    let output = folder.run(&format!("peers verify {asked}").split_whitespace().collect::<Vec<_>>());
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let said = folder.done(&words(&format!("peers verify {asked}")));
     assert!(said.contains("thin-walls, mode motion"), "{said}");
-    let output = folder.run(&format!("peers run {asked} --rounds 1").split_whitespace().collect::<Vec<_>>());
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&words(&format!("peers run {asked} --rounds 1")));
     let answers = rows(&folder.path("out/peer-answers.csv"));
     let planted: Vec<_> = answers.iter().filter(|row| cell(row, "scene") == "thin-walls").collect();
     assert_eq!(planted.len(), 24);
@@ -113,8 +108,7 @@ fn motions_are_answered_and_compared_with_the_truth() {
 #[test]
 fn a_scene_is_exported_as_arrays() {
     let folder = Folder::with_scene();
-    let output = folder.run(&["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64", "--mode", "all"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&["peers", "export", "--scene", "scene", "--out", "out", "--poses", "64", "--mode", "all"]);
     for file in
         ["a_vertices", "a_faces", "b_vertices", "b_faces", "poses", "chunks", "exact", "grazing", "stratum", "truth"]
     {
@@ -147,9 +141,7 @@ fn bad_usage_is_refused() {
         ("peers run --scene scene --out out --mode fast", "is not a mode"),
         ("peers table --out nowhere --against obb-area", "peer-builds.csv"),
     ] {
-        let output = folder.run(&arguments.split_whitespace().collect::<Vec<_>>());
-        let noted = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {noted}");
+        let noted = folder.refused(&words(arguments));
         assert!(noted.contains(reason), "{arguments}: {noted}");
     }
 }

@@ -361,8 +361,8 @@ fn whatever_fails_a_check_is_in_every_report() {
             "tools in use",
         ),
     ] {
-        let text = mill().replacen(from, to, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
-        let folder = folder_of(&text, program);
+        let changed = mill().replacen(from, to, 1).replacen("[program]\n", "[program]\ntool = 1\n", 1);
+        let folder = folder_of(&changed, program);
         for (name, low, high) in [
             ("box.stl", [-50.0, -50.0, -10.0], [50.0, 50.0, 10.0]),
             ("wide.stl", [-60.0, -50.0, -10.0], [60.0, 50.0, 6.0]),

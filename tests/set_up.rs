@@ -5,7 +5,7 @@
 mod support;
 
 use serde_json::Value;
-use support::Folder;
+use support::{Folder, words};
 
 /// A mill whose table moves in X and Y and whose head moves in Z; the spindle's nose is 200 mm above the table's top at zero.
 const MILL: &str = r#"
@@ -202,7 +202,7 @@ fn the_length_of_a_tool_is_its_offset_and_a_measured_table_goes_before_it() {
     assert!(told.contains("its offset says 80.000 mm") && told.contains("tool 1 has no holder"), "{told}");
     let (_, told, _) = check(&folder, &["mill", "part.ngc", "--tool-table", "tool.tbl"]);
     assert!(told.contains("tool 1 is 40.000 mm long") && told.contains("its offset says 95.000 mm"), "{told}");
-    let told = String::from_utf8(folder.run(&["scene", "info", "mill"]).stderr).unwrap();
+    let (_, _, told) = folder.told(&["scene", "info", "mill"]);
     assert!(told.contains("tool 1 has no holder"), "{told}");
 }
 
@@ -248,7 +248,7 @@ fn stock_that_a_program_with_another_zero_leaves_behind_is_told() {
     let advice = told.split("`--offset ").nth(1).unwrap().split('`').next().unwrap();
     assert_eq!(advice, "G54=3.13436,0,-160.02");
     let again = [&["check"][..], &job, &["--offset", advice, "--json", "--quiet", "--clearance", "0"]].concat();
-    let told = String::from_utf8(folder.run(&again).stderr).unwrap();
+    let (_, _, told) = folder.told(&again);
     assert!(!told.contains("where the stock stays"), "{told}");
 }
 
@@ -505,26 +505,12 @@ fn stock_turns_with_the_table_and_lies_along_a_lathes_spindle() {
 #[test]
 fn a_new_scene_loads_shows_its_extents_and_checks() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
-    let new = [
-        "scene",
-        "new",
-        "shop",
-        "--machine",
-        "mill",
-        "--gauge",
-        "0,0,200",
-        "--limits",
-        "Z=-200,0",
-        "--part",
-        "parts/table.stl:machine:X",
-        "parts/block.stl:workpiece",
-        "parts/jaw.stl:fixture",
-        "parts/spindle.stl:machine:z",
-    ];
-    let output = folder.run(&new);
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{said} {}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
+    let new = words(
+        "scene new shop --machine mill --gauge 0,0,200 --limits Z=-200,0 --part parts/table.stl:machine:X \
+         parts/block.stl:workpiece parts/jaw.stl:fixture parts/spindle.stl:machine:z",
+    );
+    let said = folder.done(&new);
     assert!(said.contains("400.0 x 300.0 x 40.0") && said.contains("all together"), "{said}");
     assert_eq!(folder.run(&["check", "shop", "--quiet"]).status.code(), Some(0), "the first program touches nothing");
     // It behaves like the scene that its parts came from.
@@ -539,7 +525,7 @@ fn a_new_scene_loads_shows_its_extents_and_checks() {
 #[test]
 fn a_new_scene_is_made_again_with_another_unit() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
     let parts = ["--part", "parts/table.stl:machine:X", "parts/spindle.stl:machine:Z"];
     let new = |unit: &[&'static str]| [&["scene", "new", "shop", "--machine", "mill"][..], &parts, unit].concat();
     // 400 m are no table: nothing is left of it.
@@ -572,7 +558,7 @@ fn a_new_scene_is_made_again_with_another_unit() {
 #[test]
 fn a_new_scene_in_a_folder_with_its_sources_keeps_them() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
     let table = std::fs::read(folder.path("parts/table.stl")).unwrap();
     let program = "G0 X1\nM2\n";
     folder.write("shop/own.ngc", program);
@@ -637,23 +623,12 @@ fn an_offset_of_a_lathe_is_what_g10_sets() {
 #[test]
 fn every_template_makes_a_scene_that_loads() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
     let named = ["mill", "router", "horizontal", "rotary", "trunnion", "head-table", "fork", "lathe"];
     for kind in named.into_iter().chain(["w A b X Z t", "lathe: w C b Z X Y t"]) {
         let name = format!("new-{}", kind.replace([' ', ':'], ""));
-        let output = folder.run(&[
-            "scene",
-            "new",
-            &name,
-            "--machine",
-            kind,
-            "--part",
-            "parts/spindle.stl:holder",
-            "parts/table.stl:fixture",
-        ]);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{kind}: {told}");
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        let new = ["scene", "new", &name, "--machine", kind, "--part", "parts/spindle.stl:holder"];
+        let said = folder.done(&[&new[..], &["parts/table.stl:fixture"]].concat());
         assert_eq!(said.contains("--stock cylinder:"), kind.starts_with("lathe"), "{kind}: {said}");
         assert_eq!(folder.run(&["check", &name, "--quiet"]).status.code(), Some(0), "{kind}");
         let text = std::fs::read_to_string(folder.path(&format!("{name}/scene.toml"))).unwrap();
@@ -664,10 +639,10 @@ fn every_template_makes_a_scene_that_loads() {
 #[test]
 fn a_new_scene_goes_home_within_its_limits() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
     let parts = ["--part", "parts/spindle.stl:holder", "parts/jaw.stl:fixture"];
     let new = [&["scene", "new", "shop", "--machine", "mill", "--limits", "Z=20,300"][..], &parts].concat();
-    assert!(folder.run(&new).status.success());
+    folder.done(&new);
     folder.write("home.ngc", "G21 G90\nG28\nM2\n");
     let output = folder.run(&["check", "shop", "home.ngc", "--quiet", "--clearance", "0"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
@@ -676,7 +651,7 @@ fn a_new_scene_goes_home_within_its_limits() {
 #[test]
 fn a_new_scene_of_a_vise_alone_takes_tool_and_stock() {
     let folder = folder();
-    assert!(folder.run(&["scene", "export", "mill", "--out", "parts"]).status.success());
+    folder.done(&["scene", "export", "mill", "--out", "parts"]);
     let new = ["scene", "new", "shop", "--machine", "mill", "--gauge", "0,0,200", "--part", "parts/jaw.stl:fixture"];
     let output = folder.run(&new);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -766,7 +741,7 @@ fn what_is_wrong_with_meshes_is_told() {
         folder.write("s/a.off", &a);
         folder.write("s/b.off", &b);
         for verb in [&["check", "s", "--quiet"][..], &["scene", "info", "s"]] {
-            let told = String::from_utf8(folder.run(verb).stderr).unwrap();
+            let (_, _, told) = folder.told(verb);
             assert!(told.contains(why), "{verb:?}: {told}");
         }
         let json: Value = serde_json::from_slice(&folder.run(&["check", "s", "--quiet", "--json"]).stdout).unwrap();

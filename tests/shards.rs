@@ -16,8 +16,7 @@ const DETERMINISTIC: [&str; 9] =
     ["cases", "poses", "answers", "lines", "misses", "verification", "trees", "tightness", "exits"];
 
 fn run(folder: &Folder, verbs: &[&str], more: &[&str]) {
-    let output = folder.run(&[verbs, &PLAN, more].concat());
-    assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&[verbs, &PLAN, more].concat());
 }
 
 fn shard(folder: &Folder, number: u32, of: u32, out: &str) {
@@ -52,12 +51,7 @@ fn seven_merged_shards_are_the_run_byte_for_byte() {
         |name: &String| fs::read_dir(folder.path(name).join("units/verify/scenes/scene")).map_or(0, Iterator::count);
     assert!(names.iter().all(|name| cases(name) < 3) && names.iter().map(cases).sum::<usize>() == 5);
 
-    let merge = |shards: &[&str], out: &str| [&["stage", "merge"], shards, &["--out", out]].concat().join(" ");
-    let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let refused = |shards: &[&str]| {
-        let words = words(&merge(shards, "refused"));
-        folder.refused(&words.iter().map(String::as_str).collect::<Vec<_>>())
-    };
+    let refused = |shards: &[&str]| folder.refused(&[&["stage", "merge"], shards, &["--out", "refused"]].concat());
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     assert!(refused(&all[1..6]).contains("these are lacking: 1, 7"));
     assert!(refused(&[&all[..], &all[2..3]].concat()).contains("is named twice"), "one folder named twice");
@@ -98,8 +92,7 @@ fn seven_merged_shards_are_the_run_byte_for_byte() {
     // In any order.
     let mut shuffled = all.clone();
     shuffled.reverse();
-    let output = folder.run(&words(&merge(&shuffled, "merged")).iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&[&["stage", "merge"], &shuffled[..], &["--out", "merged"]].concat());
     for name in DETERMINISTIC {
         let read = |run: &str| fs::read_to_string(folder.path(run).join(format!("{name}.csv"))).unwrap();
         assert_eq!(read("merged"), read("whole"), "{name}");
@@ -112,7 +105,7 @@ fn seven_merged_shards_are_the_run_byte_for_byte() {
         assert_eq!(merged[key], whole[key], "{key}");
     }
     assert!(merged.get("shard").is_none() && folder.path("merged/timings.csv").exists());
-    assert!(folder.run(&["stage", "analyze", "--out", "merged"]).status.success());
+    folder.done(&["stage", "analyze", "--out", "merged"]);
 }
 
 #[test]
@@ -131,10 +124,7 @@ fn a_finished_shard_is_not_made_again_and_its_folder_is_its_own() {
 
 /// A study in four shards and whole; `place` is its folder within the one that is named.
 fn study_in_shards(folder: &Folder, plan: &[&str], place: &str, tables: &[&str]) {
-    let study = |more: &[&str]| {
-        let output = folder.run(&[&["study"], plan, &["--quiet"], more].concat());
-        assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
-    };
+    let study = |more: &[&str]| folder.done(&[&["study"], plan, &["--quiet"], more].concat());
     let name = plan[0];
     let [whole, merged] = ["whole", "merged"].map(|kind| format!("{name}-{kind}"));
     study(&["--out", &whole]);
@@ -148,8 +138,7 @@ fn study_in_shards(folder: &Folder, plan: &[&str], place: &str, tables: &[&str])
     let out = format!("{merged}/{place}");
     let refused = folder.refused(&[&["stage", "merge"], &shards[1..], &["--out", &out]].concat());
     assert!(refused.contains("these are lacking: 1"), "{refused}");
-    let output = folder.run(&[&["stage", "merge"], &shards[..], &["--out", &out]].concat());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder.done(&[&["stage", "merge"], &shards[..], &["--out", &out]].concat());
     study(&["--out", &merged]);
     for table in tables {
         let read = |of: &str| fs::read_to_string(folder.path(of).join(place).join(format!("{table}.csv"))).unwrap();

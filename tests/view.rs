@@ -48,8 +48,7 @@ fn f32s(packed: &Value) -> Vec<f64> {
 #[test]
 fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
     let folder = folder();
-    let output = folder.run(&["view", ".", "--out", "blow.html", "--quiet", "--levels", "2"]);
-    assert!(output.status.success(), "{output:?}");
+    folder.done(&["view", ".", "--out", "blow.html", "--quiet", "--levels", "2"]);
     let page = std::fs::read_to_string(folder.path("blow.html")).unwrap();
     let data = data(&page);
     assert_eq!((&data["format"], &data["title"]), (&"bvbench-view/2".into(), &"hammer & anvil".into()));
@@ -90,8 +89,7 @@ fn the_page_says_when_and_where_the_hammer_meets_the_anvil() {
 fn the_page_has_whatever_fails_the_check() {
     let folder = Folder::with(&[("scene.toml", SCENE), ("blow.ngc", "T7 M6\nG0 X-60\nG1 X-120 F6000\nG1 X-90\nM2\n")]);
     assert_eq!(folder.run(&["check", ".", "--quiet"]).status.code(), Some(1));
-    let output = folder.run(&["view", ".", "--out", "blow.html", "--quiet"]);
-    assert!(output.status.success(), "{output:?}");
+    folder.done(&["view", ".", "--out", "blow.html", "--quiet"]);
     let data = data(&std::fs::read_to_string(folder.path("blow.html")).unwrap());
     let faults = data["faults"].as_array().unwrap();
     let told: Vec<_> = faults.iter().map(|fault| (fault["kind"].as_str().unwrap(), fault["line"].as_u64())).collect();
@@ -130,8 +128,7 @@ fn a_pair_within_reach_only_as_it_turns_is_examined_and_shown() {
     );
     let junit = std::fs::read_to_string(folder.path("found.xml")).unwrap();
     assert!(junit.contains("failures=\"1\"") && junit.contains("pin:bit"), "{junit}");
-    let output = folder.run(&["view", ".", "--out", "turn.html", "--quiet"]);
-    assert!(output.status.success(), "{output:?}");
+    folder.done(&["view", ".", "--out", "turn.html", "--quiet"]);
     let data = data(&std::fs::read_to_string(folder.path("turn.html")).unwrap());
     assert_eq!(data["events"][0]["kind"], "unresolved");
     // Numbers of tools and of pairs have 32 bits.
@@ -151,7 +148,7 @@ fn the_page_is_the_same_for_any_number_of_threads() {
     let folder = folder();
     for threads in ["1", "2"] {
         let out = format!("{threads}.html");
-        assert!(folder.run(&["view", ".", "-q", "--out", &out, "--threads", threads]).status.success());
+        folder.done(&["view", ".", "-q", "--out", &out, "--threads", threads]);
     }
     let read = |name: &str| std::fs::read(folder.path(name)).unwrap();
     assert!(read("1.html") == read("2.html"));
@@ -282,8 +279,7 @@ fn the_command_writes_glb_into_a_folder_or_a_file() {
         for name in ["scene.toml", "blow.ngc"] {
             std::fs::copy(folder.path(name), scene.join(name)).unwrap();
         }
-        let output = folder.run(&[&["scene", "export", "hammer", "--out", out][..], format].concat());
-        assert!(output.status.success(), "{output:?}");
+        folder.done(&[&["scene", "export", "hammer", "--out", out][..], format].concat());
         let glb = Glb::read(&std::fs::read(folder.path(file)).unwrap());
         // The hammer ends 1 mm and 2 mm off the axis at X0: in metres, up along y.
         let seen = glb.world_from_part("hammer", glb.times().len() - 1).transform_point(&Point3::origin());

@@ -44,6 +44,11 @@ pub fn run_own(scene: &Scene, settings: &Settings) -> Outcome {
     checked(scene, scene.program.as_ref().unwrap(), settings)
 }
 
+/// Arguments without spaces, from one line.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
 /// A scratch folder, gone with the value.
 pub struct Folder(tempfile::TempDir);
 
@@ -92,6 +97,13 @@ impl Folder {
         let output = self.run(arguments);
         let [shown, told] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
         (output.status.code(), shown, told)
+    }
+
+    /// Runs what must succeed, and returns what it prints.
+    pub fn done(&self, arguments: &[&str]) -> String {
+        let (code, shown, told) = self.told(arguments);
+        assert_eq!(code, Some(0), "{arguments:?}: {shown}\n{told}");
+        shown
     }
 
     /// Runs what must be refused, and returns the message.
