@@ -2,22 +2,9 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, Kinematics, MoveKind, Position, Setup, TipKinematics, Tool, Units, UserCode, interpret};
+use rs274::{Axis, Dialect, Kinematics, MoveKind, Position, Setup, TipKinematics, Tool, UserCode, interpret};
 use std::sync::Arc;
-use support::{assert_ends, assert_near, ends, refused, run};
-
-fn linuxcnc() -> Setup {
-    let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
-    Setup { tools, units: Some(Units::Mm), ..Setup::default() }
-}
-
-fn fanuc() -> Setup {
-    Setup { dialect: Dialect::Fanuc, ..linuxcnc() }
-}
-
-fn haas() -> Setup {
-    Setup { dialect: Dialect::Haas, ..linuxcnc() }
-}
+use support::{assert_ends, assert_near, assert_refused, ends, fanuc, haas, linuxcnc, points, refused, run};
 
 fn lathe() -> Setup {
     let tool = |x, z, nose, orientation| Tool {
@@ -27,11 +14,6 @@ fn lathe() -> Setup {
     };
     let tools = [(1, tool(1.0, 2.0, 0.8, 3)), (12, tool(0.0, 5.0, 1.6, 2))].into();
     Setup { dialect: Dialect::Fanuc, tools, ..Setup::lathe() }
-}
-
-fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
-    let told = refused(source, setup);
-    assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
 }
 
 fn assert_end(source: &str, setup: &Setup, expected: [f64; 3]) {
@@ -300,16 +282,7 @@ fn fanucs_cycles_go_to_the_hole_at_the_height_where_they_are() {
         assert_ends(
             "G0Z1.\nG99G81X5.Z-1.R2.F50\nX7.\nM30",
             &setup,
-            &[
-                [0.0, 0.0, 1.0],
-                [5.0, 0.0, 1.0],
-                [5.0, 0.0, 2.0],
-                [5.0, 0.0, -1.0],
-                [5.0, 0.0, 2.0],
-                [7.0, 0.0, 2.0],
-                [7.0, 0.0, -1.0],
-                [7.0, 0.0, 2.0],
-            ],
+            &points("0 0 1, 5 0 1, 5 0 2, 5 0 -1, 5 0 2, 7 0 2, 7 0 -1, 7 0 2"),
         );
         let below = "G0Z1.\nG98G81X5.Z-1.R2.F50\nM30";
         assert_end(below, &setup, [5.0, 0.0, 1.0]);
@@ -319,17 +292,7 @@ fn fanucs_cycles_go_to_the_hole_at_the_height_where_they_are() {
         assert_ends(
             "G0Z10.\nG99G81X1.Z-1.R1.F50\nX2.R4.\nM30",
             &setup,
-            &[
-                [0.0, 0.0, 10.0],
-                [1.0, 0.0, 10.0],
-                [1.0, 0.0, 1.0],
-                [1.0, 0.0, -1.0],
-                [1.0, 0.0, 1.0],
-                [2.0, 0.0, 1.0],
-                [2.0, 0.0, 4.0],
-                [2.0, 0.0, -1.0],
-                [2.0, 0.0, 4.0],
-            ],
+            &points("0 0 10, 1 0 10, 1 0 1, 1 0 -1, 1 0 1, 2 0 1, 2 0 4, 2 0 -1, 2 0 4"),
         );
     }
 }
@@ -360,48 +323,19 @@ fn linuxcncs_cycles_go_to_the_hole_where_the_cycle_ends() {
     assert_ends(
         "G0 Z10\nG99 G81 X1 Z-1 R2 F50\nG98 X5\nM2",
         &linuxcnc(),
-        &[
-            [0.0, 0.0, 10.0],
-            [1.0, 0.0, 10.0],
-            [1.0, 0.0, 2.0],
-            [1.0, 0.0, -1.0],
-            [1.0, 0.0, 2.0],
-            [5.0, 0.0, 10.0],
-            [5.0, 0.0, 2.0],
-            [5.0, 0.0, -1.0],
-            [5.0, 0.0, 10.0],
-        ],
+        &points("0 0 10, 1 0 10, 1 0 2, 1 0 -1, 1 0 2, 5 0 10, 5 0 2, 5 0 -1, 5 0 10"),
     );
     // Below a new R, but the first height was above it: straight there.
     assert_ends(
         "G0 Z10\nG99 G81 X1 Z-1 R1 F50\nX2 R4\nM2",
         &linuxcnc(),
-        &[
-            [0.0, 0.0, 10.0],
-            [1.0, 0.0, 10.0],
-            [1.0, 0.0, 1.0],
-            [1.0, 0.0, -1.0],
-            [1.0, 0.0, 1.0],
-            [2.0, 0.0, 4.0],
-            [2.0, 0.0, -1.0],
-            [2.0, 0.0, 4.0],
-        ],
+        &points("0 0 10, 1 0 10, 1 0 1, 1 0 -1, 1 0 1, 2 0 4, 2 0 -1, 2 0 4"),
     );
     // The first height was below both R: down to the lower one before the way over.
     assert_ends(
         "G0 Z1\nG99 G81 X1 Z-1 R20 F50\nX5 R5\nM2",
         &linuxcnc(),
-        &[
-            [0.0, 0.0, 1.0],
-            [0.0, 0.0, 20.0],
-            [1.0, 0.0, 20.0],
-            [1.0, 0.0, -1.0],
-            [1.0, 0.0, 20.0],
-            [1.0, 0.0, 5.0],
-            [5.0, 0.0, 5.0],
-            [5.0, 0.0, -1.0],
-            [5.0, 0.0, 5.0],
-        ],
+        &points("0 0 1, 0 0 20, 1 0 20, 1 0 -1, 1 0 20, 1 0 5, 5 0 5, 5 0 -1, 5 0 5"),
     );
 }
 

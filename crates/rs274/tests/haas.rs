@@ -2,26 +2,12 @@
 
 mod support;
 
-use rs274::{Axis, Dialect, MoveKind, Setup, Tool, Units};
+use rs274::{Axis, Dialect, MoveKind, Setup, Units};
 use std::f64::consts::TAU;
-use support::{assert_ends, assert_near, ends, refused, run};
-
-fn haas() -> Setup {
-    let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
-    Setup { dialect: Dialect::Haas, tools, units: Some(Units::Mm), ..Setup::default() }
-}
-
-fn fanuc() -> Setup {
-    Setup { dialect: Dialect::Fanuc, ..haas() }
-}
+use support::{assert_ends, assert_near, assert_refused, ends, fanuc, haas, refused, run};
 
 fn lathe(dialect: Dialect) -> Setup {
     Setup { dialect, units: Some(Units::Mm), ..Setup::lathe() }
-}
-
-fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
-    let told = refused(source, setup);
-    assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
 }
 
 /// Whether a note says that the machine may move otherwise, and begins so.

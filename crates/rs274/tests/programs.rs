@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use rs274::{Axis, Dialect, MoveKind, Plane, Program, RapidPath, Sampling, Setup, interpret, sample};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::path::Path;
-use support::ends;
+use support::{ends, points};
 
 fn run(source: &str) -> Program {
     support::run(source, &Setup::default())
@@ -107,45 +107,15 @@ fn a_drilling_cycle_rises_crosses_dives_and_returns() {
     // From Z 1 below R 2: up to 2, over to the hole, down to -1, up to the higher of R and the start: 2.
     assert_ends(
         "G0 Z1\nG81 X5 Z-1 R2 F50\nX7\nG80\nM2",
-        &[
-            [0.0, 0.0, 1.0],
-            [0.0, 0.0, 2.0],
-            [5.0, 0.0, 2.0],
-            [5.0, 0.0, -1.0],
-            [5.0, 0.0, 2.0],
-            [7.0, 0.0, 2.0],
-            [7.0, 0.0, -1.0],
-            [7.0, 0.0, 2.0],
-        ],
+        &points("0 0 1, 0 0 2, 5 0 2, 5 0 -1, 5 0 2, 7 0 2, 7 0 -1, 7 0 2"),
     );
     // From Z 10, back to it in G98, to R in G99.
     assert_ends(
         "G0 Z10\nG98 G81 Z-1 R2 F50\nG99 X1\nM2",
-        &[
-            [0.0, 0.0, 10.0],
-            [0.0, 0.0, 10.0],
-            [0.0, 0.0, 2.0],
-            [0.0, 0.0, -1.0],
-            [0.0, 0.0, 10.0],
-            [1.0, 0.0, 10.0],
-            [1.0, 0.0, 2.0],
-            [1.0, 0.0, -1.0],
-            [1.0, 0.0, 2.0],
-        ],
+        &points("0 0 10, 0 0 10, 0 0 2, 0 0 -1, 0 0 10, 1 0 10, 1 0 2, 1 0 -1, 1 0 2"),
     );
     // Incremental: R is 2 above the start at 0, the bottom 3 below R, twice, a step of 4 each.
-    assert_ends(
-        "G91 G81 X4 Z-3 R2 L2 F50\nM2",
-        &[
-            [0.0, 0.0, 2.0],
-            [4.0, 0.0, 2.0],
-            [4.0, 0.0, -1.0],
-            [4.0, 0.0, 2.0],
-            [8.0, 0.0, 2.0],
-            [8.0, 0.0, -1.0],
-            [8.0, 0.0, 2.0],
-        ],
-    );
+    assert_ends("G91 G81 X4 Z-3 R2 L2 F50\nM2", &points("0 0 2, 4 0 2, 4 0 -1, 4 0 2, 8 0 2, 8 0 -1, 8 0 2"));
 }
 
 #[test]
@@ -203,19 +173,7 @@ fn boring_from_behind_goes_in_beside_the_hole() {
     let source = "M3 S100\nG0 Z5\nG99 G87 X1 Y1 Z-3 R2 I0.5 J0 K-1 F50\nM2";
     assert_ends(
         source,
-        &[
-            [0.0, 0.0, 5.0],
-            [1.0, 1.0, 5.0],
-            [1.0, 1.0, 2.0],
-            [1.5, 1.0, 2.0],
-            [1.5, 1.0, -3.0],
-            [1.0, 1.0, -3.0],
-            [1.0, 1.0, -1.0],
-            [1.0, 1.0, -3.0],
-            [1.5, 1.0, -3.0],
-            [1.5, 1.0, 2.0],
-            [1.0, 1.0, 2.0],
-        ],
+        &points("0 0 5, 1 1 5, 1 1 2, 1.5 1 2, 1.5 1 -3, 1 1 -3, 1 1 -1, 1 1 -3, 1.5 1 -3, 1.5 1 2, 1 1 2"),
     );
     let turning: Vec<f64> = run(source).moves[3..].iter().map(|step| step.spindle_rpm).collect();
     assert_eq!(turning, [100.0, 0.0, 0.0, 100.0, 100.0, 0.0, 0.0, 0.0]);

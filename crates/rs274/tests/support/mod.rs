@@ -2,8 +2,21 @@
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
-use rs274::{Axis, Program, Setup, interpret};
+use rs274::{Axis, Dialect, Program, Setup, Tool, Units, interpret};
 use std::path::Path;
+
+pub fn linuxcnc() -> Setup {
+    let tools = [(1, Tool::with_length(50.0, 6.0)), (2, Tool::with_length(30.0, 10.0))].into();
+    Setup { tools, units: Some(Units::Mm), ..Setup::default() }
+}
+
+pub fn fanuc() -> Setup {
+    Setup { dialect: Dialect::Fanuc, ..linuxcnc() }
+}
+
+pub fn haas() -> Setup {
+    Setup { dialect: Dialect::Haas, ..linuxcnc() }
+}
 
 pub fn run(source: &str, setup: &Setup) -> Program {
     interpret(source, Path::new("part.nc"), setup).unwrap_or_else(|error| panic!("{source}: {error}"))
@@ -12,6 +25,20 @@ pub fn run(source: &str, setup: &Setup) -> Program {
 /// The error message of a program that must be refused.
 pub fn refused(source: &str, setup: &Setup) -> String {
     interpret(source, Path::new("bad.nc"), setup).map(|program| ends(&program)).expect_err(source).to_string()
+}
+
+pub fn assert_refused(source: &str, setup: &Setup, place: &str, text: &str) {
+    let told = refused(source, setup);
+    assert!(told.starts_with(&format!("bad.nc:{place}: ")) && told.contains(text), "{source}: {told}");
+}
+
+/// Points from a text: coordinates between spaces, points between commas.
+pub fn points(text: &str) -> Vec<[f64; 3]> {
+    let point = |point: &str| {
+        let coordinates: Vec<f64> = point.split_whitespace().map(|x| x.parse().expect(text)).collect();
+        coordinates.try_into().expect("three coordinates")
+    };
+    text.split(',').map(point).collect()
 }
 
 /// X, Y, Z of every end, mm.
