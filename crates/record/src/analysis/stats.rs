@@ -229,10 +229,7 @@ pub fn bootstrap_mean(values: &[f64], seed: u64, purpose: &str) -> Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn close(a: f64, b: f64, tolerance: f64) {
-        assert!((a - b).abs() <= tolerance, "{a} is not {b}");
-    }
+    use crate::analysis::tests::{close, normal};
 
     /// z² = 3.8415; for 1 of 10: centre (0.1 + 0.19207) / 1.38415 = 0.21102, half 1.95996 / 1.38415 × √(0.009 + 0.0096037)
     /// = 0.19314.
@@ -287,9 +284,7 @@ mod tests {
     /// to 90 times.
     #[test]
     fn intervals_of_few_values_hold_what_they_promise() {
-        let mut noise = generator(5, "noise");
-        // Twelve uniform numbers less six: near enough to normal.
-        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let mut normal = normal(5);
         for count in [4, 5, 12] {
             let mut misses = |sample: u64| {
                 let values: Vec<f64> = (0..count).map(|_| normal()).collect();

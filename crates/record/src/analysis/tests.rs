@@ -1,13 +1,24 @@
 //! The whole analysis on a made-up run with planted effects.
 
 use super::judge::{Effect, Verdict, ratio_verdict};
-use super::stats::Interval;
+use super::stats::{Interval, generator};
 use super::*;
 use crate::record::Stratum;
 use crate::record::synthetic::{Plan, Run, SCENES};
 use crate::record::{Cache, ExitRow, MissRow, TimingRow};
+use rand::Rng;
 use std::collections::BTreeSet;
 use tempfile::TempDir;
+
+pub(super) fn close(a: f64, b: f64, tolerance: f64) {
+    assert!((a - b).abs() <= tolerance, "{a} is not {b}");
+}
+
+/// Numbers near enough to normal: twelve uniform numbers less six.
+pub(super) fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut noise = generator(seed, "noise");
+    move || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0
+}
 
 fn analyse(run: &Run) -> (TempDir, Outcome) {
     let folder = TempDir::new().unwrap();

@@ -355,13 +355,9 @@ pub fn over_launches(launches: &[(f64, f64)]) -> Option<Estimate> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::Rng;
+    use crate::analysis::tests::{close, normal};
 
     const Z_95: f64 = 1.959_963_984_540_054;
-
-    fn close(a: f64, b: f64, tolerance: f64) {
-        assert!((a - b).abs() <= tolerance, "{a} is not {b}");
-    }
 
     fn observation(stratum: u32, cluster: u32, launch: u32, numerator: f64, denominator: f64) -> Observation {
         Observation { stratum, cluster, launch, numerator, denominator }
@@ -385,8 +381,7 @@ mod tests {
     /// Clusters of three strata with a common effect of 1: the intervals of about 15 of 300 samples miss it.
     #[test]
     fn intervals_hold_what_they_promise() {
-        let mut noise = generator(5, "noise");
-        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let mut normal = normal(5);
         for clusters in [4, 20] {
             let mut missed = 0;
             for sample in 0..300 {
@@ -411,8 +406,7 @@ mod tests {
     /// miss it about 156 times at two launches, 91 at three and 56 at five.
     #[test]
     fn few_launches_hold_what_they_promise() {
-        let mut noise = generator(7, "noise");
-        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let mut normal = normal(7);
         for (launches, most) in [(2_u32, 68), (3, 42), (5, 42)] {
             let mut missed = 0;
             for sample in 0..400 {
@@ -465,8 +459,7 @@ mod tests {
     /// intervals miss the effect.
     #[test]
     fn binaries_are_what_is_repeated() {
-        let mut noise = generator(6, "noise");
-        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let mut normal = normal(6);
         let mut binaries = Binaries::default();
         assert!((0..10).all(|launch| binaries.note(launch, launch % 5)));
         assert!(!binaries.note(3, 4), "launch 3 ran binary 3");

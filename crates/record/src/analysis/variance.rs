@@ -300,13 +300,8 @@ fn row(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::stats::generator;
+    use crate::analysis::tests::{close, normal};
     use crate::record::PROGRAM_TIME;
-    use rand::Rng;
-
-    fn close(a: f64, b: f64, tolerance: f64) {
-        assert!((a - b).abs() <= tolerance, "{a} is not {b}");
-    }
 
     /// Two binaries with two launches of two blocks: (0, 2), (4, 6) and (10, 12), (14, 16). Blocks differ by 2 in each launch: variance 2.
     /// The means of the launches are 1, 5, 11, 15: variance 8 within a binary, minus 2/2 for blocks: 7. The means of the binaries are 3 and
@@ -339,8 +334,7 @@ mod tests {
     /// Planted components of 3, 1 and 2 % are recovered from 400 binaries.
     #[test]
     fn planted_components_are_found() {
-        let mut noise = generator(9, "noise");
-        let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+        let mut normal = normal(9);
         let mut values = Vec::new();
         for _ in 0..400 {
             let binary = 0.03 * normal();

@@ -1,9 +1,9 @@
 //! Audits made up with known effects.
 
 use super::*;
+use crate::analysis::tests::normal;
 use crate::record::Band;
 use crate::record::synthetic::{Plan, Run};
-use rand::Rng;
 use tempfile::TempDir;
 
 const ORIENTATIONS: [(&str, f64); 2] = [("turned", 1.0), ("level", 2.0)];
@@ -184,9 +184,7 @@ fn chunks_that_share_a_line_are_one_cluster() {
 /// the degrees of freedom of all strata together, some 32 do.
 #[test]
 fn strata_of_two_chunks_hold_what_they_promise() {
-    let mut noise = generator(5, "noise");
-    // Twelve uniform numbers less six: near enough to normal.
-    let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+    let mut normal = normal(5);
     let level = |name: &str| vec![name.to_owned()];
     let levels = Levels([[level("turned"), level("level")].concat(), level("tight"), level("halves"), level("1")]);
     let mut missed = 0;

@@ -3,11 +3,10 @@
 use super::*;
 use crate::analysis::analyze;
 use crate::analysis::claims::ClaimSet;
-use crate::analysis::stats::generator;
 use crate::analysis::table::{Chunk, Sample};
+use crate::analysis::tests::normal;
 use crate::record::synthetic::{PLANTED, Plan, Run, SCENES};
 use crate::record::{MissRow, PoseRow, Stratum};
-use rand::Rng;
 use tempfile::TempDir;
 
 fn folder_of(run: &Run) -> TempDir {
@@ -161,8 +160,7 @@ fn of_launches(launches: u32, normal: &mut impl FnMut() -> f64) -> Scene {
 /// independent find 123 and 108 other constructions. A single launch decides nothing.
 #[test]
 fn equal_runs_are_seldom_called_slower_or_faster() {
-    let mut noise = generator(8, "noise");
-    let mut normal = || (0..12).map(|_| f64::from(noise.next_u32()) / 4_294_967_296.0).sum::<f64>() - 6.0;
+    let mut normal = normal(8);
     let manifest = Run::generate(&Plan::default()).manifest;
     let side = |scene: Scene| Side {
         manifest: manifest.clone(),
