@@ -267,18 +267,7 @@ fn the_engine_depends_on_arithmetic_alone() {
 
 /// All crates that a package of the workspace brings, itself among them.
 fn crates_of(package: &str) -> BTreeSet<String> {
-    let arguments = [
-        "tree",
-        "--locked",
-        "--offline",
-        "--edges",
-        "normal,build",
-        "--prefix",
-        "none",
-        "--format",
-        "{p}",
-        "--package",
-    ];
+    let arguments = "tree --locked --offline --edges normal,build --prefix none --format {p} --package".split(' ');
     let output = Command::new(env!("CARGO")).args(arguments).arg(package).current_dir(root()).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();

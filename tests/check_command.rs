@@ -28,8 +28,7 @@ fn the_programs_over_the_free_form_part_are_those_that_path_writes() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench-scenes/freeform-5axis");
     for (file, flaws) in [("clean.ngc", &[][..]), ("program.ngc", &["--gouge", "0.05@0.3", "--lean", "66@0.53"])] {
         let path = ["program", "path", "freeform-5axis", "--rows", "8", "--step", "1.2", "--lead", "5", "--tilt", "3"];
-        let (code, written, _) = Folder::with(&[]).told(&[&path[..], flaws].concat());
-        assert_eq!(code, Some(0));
+        let written = Folder::with(&[]).done(&[&path[..], flaws].concat());
         assert_eq!(written, std::fs::read_to_string(folder.join(file)).unwrap(), "{file}");
     }
 }
@@ -603,11 +602,7 @@ fn a_machine_whose_parts_are_all_neighbours_is_refused() {
 #[test]
 fn scene_tells_what_it_holds_and_writes_its_meshes() {
     let folder = folder_of(MILL, "G0 Z20\nG0 X50\nM2");
-    let text = |arguments: &[&str]| {
-        let (code, shown, _) = folder.told(&[&["scene"], arguments].concat());
-        assert_eq!(code, Some(0));
-        shown
-    };
+    let text = |arguments: &[&str]| folder.done(&[&["scene"], arguments].concat());
     let info: Value = serde_json::from_str(&text(&["info", ".", "--json"])).unwrap();
     assert_eq!(info["parts"].as_array().unwrap().len(), 3);
     assert_eq!(info["links"][0]["joint"]["max"], 200.0);
@@ -672,8 +667,7 @@ direction = [0, 1, 0]
 "#;
     let folder = folder_of(scene, "M2");
     for (direction, tilt) in [("0,0,1", 0.0), ("0,-0.5,0.8660254037844386", 30.0)] {
-        let (code, text, _) = folder.told(&["scene", "inverse", ".", "--direction", direction, "--json"]);
-        assert_eq!(code, Some(0), "{direction}");
+        let text = folder.done(&["scene", "inverse", ".", "--direction", direction, "--json"]);
         let found: Value = serde_json::from_str(&text).unwrap();
         let angles = ["A", "B"].map(|axis| found["chosen"]["position"][axis].as_f64().unwrap());
         assert_eq!(angles, [tilt, 0.0], "{direction}");
