@@ -389,15 +389,16 @@ fn whatever_fails_a_check_is_in_every_report() {
 
 #[test]
 fn how_a_program_is_read_is_in_every_report() {
-    // X 5 without a decimal point twice, a zero that nothing has set, and a probe.
-    let folder = scene("G21 G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM30");
+    // X 5 without a decimal point twice, a zero that nothing has set, a probe, and a code of the machine's builder.
+    let folder = scene("G21 G0 Z40.\nG0 X5\nG154 P12 X0.\nG31 X1. F100.\nX5\nM27\nM30");
     let reports = ["check", "--quiet", ".", "--dialect", "haas", "--json", "--sarif", "a.sarif", "--junit", "b.xml"];
     let (code, shown, told) = folder.told(&reports);
     assert_eq!(code, Some(0), "{shown}{told}");
     let wanted = [
-        (2, 1, false, "X has no decimal point"),
-        (3, 2, true, "the origin of G54.1P12 is taken to be zero"),
+        (2, 1, true, "X has no decimal point"),
+        (3, 2, true, "the origin of G154P12 is taken to be zero"),
         (4, 0, true, "nothing stops a probe here"),
+        (6, 0, false, "M27 is taken to move no axis"),
     ];
     let json: Value = serde_json::from_str(&shown).unwrap();
     let log = read_sarif(&folder, "a.sarif");
@@ -409,7 +410,7 @@ fn how_a_program_is_read_is_in_every_report() {
     let suite = read_junit(&folder.path("b.xml"));
     let case = suite.cases.iter().find(|case| case.name == "own.ngc: how the program is read").unwrap();
     let (notes, lines) = (json["notes"].as_array().unwrap(), case.texts["system-out"].lines().collect::<Vec<_>>());
-    assert_eq!((notes.len(), located.len(), lines.len()), (3, 3, 3), "{json} {log} {case:?}");
+    assert_eq!((notes.len(), located.len(), lines.len()), (4, 4, 4), "{json} {log} {case:?}");
     for (i, (line, more, is_unknown, told)) in wanted.into_iter().enumerate() {
         let note = &notes[i];
         let found = (note["line"].as_u64(), note["more"].as_u64(), note["not_examined"].as_bool());
