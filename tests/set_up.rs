@@ -104,7 +104,7 @@ fn origins_of_g54_1_and_g154_are_given_from_outside() {
     }
     // At zero the block is above the machine's limit.
     let (code, _, told) = checked("G154 P12", &["--dialect", "haas"]);
-    assert!(code == Some(1) && told.contains("`--offset G54.1P12=X,Y,Z`"), "{told}");
+    assert!(code == Some(1) && told.contains("`--offset G154P12=X,Y,Z`"), "{told}");
     let program =
         "[program]\nfile = \"part.ngc\"\ndialect = \"haas\"\nwork_offsets = { \"G154P12\" = { z_mm = -170 } }";
     folder.write("mill/scene.toml", &format!("{MILL}\n{program}{HELD}"));

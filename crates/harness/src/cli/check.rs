@@ -26,7 +26,7 @@ use crate::scene::{Part, ProgramRun, Role, Scene};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
-use rs274::Axis;
+use rs274::{Axis, Note};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -254,8 +254,9 @@ impl<'a> Prepared<'a> {
         let variant = method(options.method.as_deref(), registry)?;
         let mut settings = settings(options)?;
         let target = options.stock.target()?;
-        // What is not examined is part of the answer.
-        let (load_ns, loaded) = timer::time(|| options.subject.load_and_note(|note| !note.is_unknown));
+        // What is not examined is part of an answer in words, and of what stands beside a table.
+        let counts: fn(&Note) -> bool = if options.json { |_| true } else { |note| !note.is_unknown };
+        let (load_ns, loaded) = timer::time(|| options.subject.load_and_note(counts));
         let (scene, run) = loaded?;
         settings.clearances = options.clearance.read(&scene)?;
         let mut run = run.with_context(|| format!("scene `{}` has no program of its own; name one", scene.name))?;
