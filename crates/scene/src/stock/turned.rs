@@ -504,7 +504,7 @@ mod tests {
         let shape: Shape = toml::from_str("kind = \"rounded-box\"\nsize_mm = [12, 8, 10]").unwrap();
         let mesh = shape.mesh(&Tessellation::default()).unwrap();
         let leaning = UnitQuaternion::from_euler_angles(0.0, 5_f64.to_radians(), 0.0);
-        let corner = leaning * Vector::new(-6.0, 0.0, 0.0);
+        let corner = leaning * Vector::new(-6.0, 0.0, -5.0);
         let turned = Turned::new(&mesh, &Isometry::from_parts((-corner).into(), leaning), true);
         let shift = turned.shift([-0.8, 0.0], [0.0, 2.0]);
         let at_axis = -0.8 * 5_f64.to_radians().tan();
