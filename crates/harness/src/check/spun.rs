@@ -625,6 +625,19 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
+    fn an_edge_fills_all_sectors_in_which_it_is_far_out() {
+        let at = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            Point::new(10.0 * cos, 10.0 * sin, 0.5)
+        };
+        let mut slab = Slab { radii: [0.0, 10.0], ..Slab::between(0.0, 1.0) };
+        // Its middle is 9.96 mm from the axis, that of the other edges less than 9.9.
+        slab.fill_sectors(&[at(2.5), at(12.5), Point::new(0.0, 0.0, 0.5)]);
+        let filled: Vec<usize> = (0..SECTORS).filter(|&sector| slab.sectors[sector]).collect();
+        assert_eq!(filled, (2..=12).collect::<Vec<_>>());
+    }
+
+    #[test]
     fn slabs_of_equal_radii_that_join_are_one_ring() {
         let slab = |low, high, radii| Slab { radii, is_hollow: true, ..Slab::between(low, high) };
         let mut slabs = vec![slab(0.0, 1.0, [5.0, 9.0]), slab(1.0, 2.0, [5.0, 9.0])];

@@ -722,6 +722,17 @@ fn drilled_and_entered(place: &str) -> String {
 }
 
 #[test]
+fn what_holds_a_drill_of_a_bank_turns_with_it_or_stands() {
+    let drill = bank(&cylinder(2.0, 40.0), "");
+    let unsure = |tool: u32, turns: &str| {
+        let holder = part("holder", "head", "holder", [40.0, 0.0, 70.0], &cuboid([10.0, 10.0, 10.0]));
+        let holder = format!("{holder}tool = {tool}\n{turns}");
+        found(&drill.replacen("[program]", &format!("{holder}[program]"), 1), &drilled_and_entered("X0")).unsure
+    };
+    assert_eq!([unsure(1, ""), unsure(2, ""), unsure(1, "turns = \"none\"\n")], [vec![1, 3], vec![1], vec![1]]);
+}
+
+#[test]
 fn a_drill_of_a_bank_cuts_its_hole_alone_for_sure() {
     // At X-12 Y-28 the cutter is on the circle that the drill describes about the spindle's axis, if that turns it.
     let (beside, in_the_hole) = (drilled_and_entered("X-12 Y-28"), drilled_and_entered("X0 Y0"));
