@@ -22,14 +22,15 @@ const RINGS: usize = 96;
 const SIDES: usize = 64;
 /// Sine of the angle by which a face of a round part may lean around the axis: prisms with 20 sides and more are round.
 const LEANING: f64 = 0.165;
-/// Area of faces that lean more and make no part unround, of the square of its greatest radius: slivers, and what hardly stands out.
+/// A part is round all the same where the faces that lean more have at most this area together, of the square of its greatest radius: slivers, and what hardly stands out.
 const LITTLE: f64 = 1e-4;
-/// Corners nearer to the axis than this, of the greatest radius, do not say where around it they are.
+/// Corners nearer to the axis than this, of the greatest radius, are not asked how a face leans there.
 const MIDDLE: f64 = 0.01;
-/// Sectors in which something nearly as far out as anything, of the greatest radius, is looked for, and by how many of them teeth may be off.
+/// Teeth repeat themselves where they fill the same of these sectors around the axis, up to this many sectors.
 const SECTORS: usize = 360;
-const NEARLY: f64 = 0.99;
 const OFF: usize = 5;
+/// A tooth fills a sector where it is this far out, of the greatest radius.
+const NEARLY: f64 = 0.99;
 /// What a spindle turns is balanced: the middle of its surface is this near to the axis, as a part of its greatest radius.
 const OFF_BALANCE: f64 = 0.05;
 /// Nearer than this, mm, is the same.
@@ -317,11 +318,13 @@ fn on_mill(scene: &Scene, run: &ProgramRun, part: &Part) -> Option<TurnedBy> {
         });
     match (part.turns, spindle) {
         (None, None) if !part.role.is_of_tool() || is_round(&part.mesh) => None,
-        (_, None) => {
+        (None, None) => {
             let own = Revolved::around(&part.mesh);
-            let is_its_own = part.role.is_of_tool() && is_about(&part.mesh, &own);
-            Some(TurnedBy::new(body(part.link), is_its_own.then_some(own.tool_from_mesh)))
+            let shown = is_about(&part.mesh, &own).then_some(own.tool_from_mesh);
+            Some(TurnedBy::new(body(part.link), shown))
         }
+        // The scene says that the spindle turns it, and not where that is.
+        (Some(_), None) => Some(TurnedBy::new(body(part.link), None)),
         (turns, Some(axis)) => {
             let is_unsure = turns.is_none() && part.role == Role::Cutter && may_turn_itself(&part.mesh, &axis);
             Some(TurnedBy { is_unsure, ..TurnedBy::new(body(part.link), Some(axis)) })

@@ -351,6 +351,10 @@ fn on_a_mill_without_a_gauge_point_a_part_turns_about_the_axis_that_it_shows_or_
         let expected = if meets { vec![(2, "unresolved")] } else { vec![] };
         assert_eq!((kinds(&told), told.as_drawn), (expected, if is_named { vec![1] } else { vec![] }), "{holder}");
     }
+    // One that the spindle turns may be beside its axis.
+    let holder = part("holder", "head", "holder", [0.0, 0.0, 60.0], &cylinder(24.0, 50.0)) + "turns = \"spindle\"\n";
+    let vise = part("vise", "", "fixture", [46.0, 0.0, 0.0], &cuboid([40.0, 100.0, 60.0]));
+    assert_eq!(found(&[HEAD, &vise, &holder, NO_TIP].concat(), "M3 S1000\nG0 Z-50\nM2").as_drawn, [1]);
 }
 
 #[test]
