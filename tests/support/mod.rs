@@ -34,7 +34,7 @@ pub fn with_zones(zones_mm: &[f64]) -> Settings {
     Settings { clearances: Some(Clearances::everywhere(zones_mm)), ..Settings::standard() }
 }
 
-/// What `check` finds with the fastest variant.
+/// Checks a run with the fastest variant.
 pub fn checked(scene: &Scene, run: &ProgramRun, settings: &Settings) -> Outcome {
     let registry = registry::standard();
     check(scene, run, registry.fastest().unwrap(), &registry, settings, &Silent).unwrap()

@@ -31,7 +31,7 @@ use crate::method::Model;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
-use crate::stock::{Body as Cutter, Finished, StockError, Surface};
+use crate::stock::{Finished, StockError, Surface};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, Move, MoveKind};
@@ -325,7 +325,7 @@ pub fn check(
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
         stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
-        thin_cutters: bodies.thin_cutters(),
+        thin_cutters: bodies.thin_cutters(scene),
         open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),
@@ -557,10 +557,14 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
-    /// Cutters of which some part is so thin that nothing in it is as deep as a finished workpiece may be.
-    fn thin_cutters(&self) -> Vec<usize> {
-        let cutter = |(pair, gouge): (&Pair, &Gouge)| if gouge.workpiece_first { pair.b } else { pair.a };
-        let thin: BTreeSet<usize> = self.gouges.iter().filter(|(_, gouge)| gouge.is_thin).map(cutter).collect();
+    /// Cutters with a blade, a pin or all of them so thin that no depth in it is more than a finished workpiece allows.
+    fn thin_cutters(&self, scene: &Scene) -> Vec<usize> {
+        let is_thin = |(pair, gouge): (&Pair, &Gouge)| {
+            let cutter = if gouge.workpiece_first { pair.b } else { pair.a };
+            let body = crate::stock::Body::turning(&scene.parts[cutter].mesh, 0.0);
+            (body.deepest_mm(gouge.allowed_mm) <= gouge.allowed_mm).then_some(cutter)
+        };
+        let thin: BTreeSet<usize> = self.gouges.iter().filter_map(is_thin).collect();
         thin.into_iter().collect()
     }
 
@@ -583,8 +587,6 @@ struct Gouge {
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
     allowed_mm: f64,
-    /// Whether nothing is deeper than that in some part of the cutter.
-    is_thin: bool,
 }
 
 impl Gouge {
@@ -594,10 +596,8 @@ impl Gouge {
         let workpiece_first = scene.is_cutting(pair).then(|| scene.parts[pair.a].role == Role::Workpiece)?;
         let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
         let surface = surfaces.entry(workpiece).or_insert_with(|| Surface::of(&scene.parts[workpiece].mesh));
-        let mesh = &scene.parts[cutter].mesh;
-        let finished = Finished::new(surface.clone(), mesh);
-        let is_thin = Cutter::turning(mesh, 0.0).deepest_mm(allowed_mm) <= allowed_mm;
-        Some(Self { finished, workpiece_first, allowed_mm, is_thin })
+        let finished = Finished::new(surface.clone(), &scene.parts[cutter].mesh);
+        Some(Self { finished, workpiece_first, allowed_mm })
     }
 
     /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.

@@ -329,9 +329,9 @@ fn print(scene: &Scene, run: &ProgramRun, outcome: &Outcome, variant: &Variant, 
                 if event.first.line == 0 { "(before the first move)" } else { &event.block },
                 scene.pair_name(event.pair),
                 // The depth is that of the whole way.
-                match (stock::depth(event), axes(&event.first)) {
-                    (Some(depth), axes) => format!("from {axes} on, {depth}"),
-                    (None, axes) => format!("at {axes}"),
+                match stock::depth(event) {
+                    Some(depth) => format!("from {} on, {depth}", axes(&event.first)),
+                    None => format!("at {}", axes(&event.first)),
                 },
             ));
         }

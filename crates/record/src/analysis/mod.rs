@@ -102,7 +102,7 @@ pub enum AnalysisError {
     Draw {
         /// The figure.
         figure: String,
-        /// What it said.
+        /// The message of the library.
         problem: String,
     },
 }

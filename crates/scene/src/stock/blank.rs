@@ -107,7 +107,7 @@ fn may_meet(triangle: &Triangle, centre: &Point, half: f64) -> bool {
         && !is_parted_by_edges(triangle, centre, half)
 }
 
-/// Whether the product of an edge of each parts the two.
+/// Whether a plane along an edge of the cube and an edge of the triangle lies between the two.
 fn is_parted_by_edges(triangle: &Triangle, centre: &Point, half: f64) -> bool {
     let corners = triangle.corners.map(|corner| corner - centre);
     let parts = |axis: Vector| {
