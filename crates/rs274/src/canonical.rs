@@ -144,6 +144,8 @@ pub struct Move {
     pub tip_mm: Option<f64>,
     /// Whether the tip moves in a tilted plane (G68.2). A rapid there may be a dog-leg of the axes ([`RapidPath`](crate::RapidPath)).
     pub is_tilted: bool,
+    /// Whether a probe ends it where it meets something (G31, G38.2 to G38.5). Here it goes on to its end.
+    pub is_probe: bool,
     /// Feed rate, mm/min, degrees/min for a move that only turns; where it changes along the move, the one that takes as
     /// long. `None` for rapids, and where the rate hangs on a spindle speed that is not known.
     pub feed_mm_min: Option<f64>,

@@ -899,6 +899,7 @@ impl<'a> Interpreter<'a> {
             end,
             tip_mm: self.tip_mm,
             is_tilted: self.is_tilted && self.tip_mm.is_some(),
+            is_probe: false,
             feed_mm_min,
             spindle_rpm: self.spindle_rpm(),
             turns_workpiece,

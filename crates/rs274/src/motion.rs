@@ -364,13 +364,15 @@ impl Interpreter<'_> {
             Travel::Along(length) => self.setup.probe_stops_short_mm / length,
             Travel::Turning(_) => 0.0,
         };
+        let known = self.moves.len();
         self.feed_to(std::array::from_fn(|i| target[i] + back * (start[i] - target[i])), values)?;
+        self.moves[known..].iter_mut().for_each(|step| step.is_probe = true);
         self.note_probe();
         let ends = match self.modes.motion {
             Some(382 | 384) => "; at G38.2 and G38.4 that meet nothing the control stops",
             _ => "",
         };
-        self.note_unknown(format!("nothing stops a probe here: it goes to the end of its move, and what the program makes of #5061 to #5069 is not what the machine measures{ends}"));
+        self.note_unknown(format!("nothing stops a probe here: it goes to the end of its move. Contact of the tool's tip with the workpiece on that way, there and back, is not told, and what the program makes of #5061 to #5069 is not what the machine measures{ends}"));
         Ok(())
     }
 

@@ -443,9 +443,9 @@ mod tests {
     }
 
     fn step(kind: MoveKind, end: Position) -> Move {
-        let (turns_workpiece, turns_tool) = (false, false);
+        let (is_probe, turns_workpiece, turns_tool) = (false, false, false);
         let (tip_mm, is_tilted, feed_mm_min, spindle_rpm) = (None, false, None, 0.0);
-        Move { line: 1, kind, end, tip_mm, is_tilted, feed_mm_min, spindle_rpm, turns_workpiece, turns_tool }
+        Move { line: 1, kind, end, tip_mm, is_tilted, is_probe, feed_mm_min, spindle_rpm, turns_workpiece, turns_tool }
     }
 
     /// About the origin of the plane X, Y.

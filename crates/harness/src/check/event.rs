@@ -293,8 +293,9 @@ impl OfPair<'_> {
     /// contact, and what begins within it other than in a feed move belongs to it.
     fn contacts(&self, stretches: &[Stretch], touching: Option<Nearness>) -> Vec<(Stretch, Option<Kind>)> {
         let with_kind = |contact: Stretch| (contact, self.kind(&contact));
+        let behind_probe = |contact: Stretch| self.behind_probe(contact);
         let is_feed = |kind: &Option<Kind>| *kind == Some(Kind::Gouge);
-        let mut contacts: Vec<_> = runs(stretches, 0).into_iter().map(with_kind).collect();
+        let mut contacts: Vec<_> = runs(stretches, 0).into_iter().filter_map(behind_probe).map(with_kind).collect();
         if self.scene.is_cutting(self.pair) && self.scene.gouge_mm.is_none() {
             let Pair { a, b } = self.pair;
             let (workpiece, cutter) = if self.scene.parts[a].role == Role::Workpiece { (a, b) } else { (b, a) };
@@ -311,13 +312,23 @@ impl OfPair<'_> {
         }
         if let Some(touching) = touching {
             // What touches where the machine stands at first has not come there.
-            let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0).map(with_kind);
+            let touched = runs(stretches, touching).into_iter().filter(|run| run.from > 0.0);
+            let touched = touched.filter_map(behind_probe).map(with_kind);
             let touched: Vec<_> = touched.filter(|(_, kind)| !is_feed(kind)).collect();
             contacts.retain(|(contact, kind)| is_feed(kind) || !touched.iter().any(|(run, _)| contact.is_in(run)));
             contacts.extend(touched);
         }
         contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
         contacts
+    }
+
+    /// What is left of a contact behind the way of a probe in which it begins, on which a cutter may touch its workpiece.
+    fn behind_probe(&self, contact: Stretch) -> Option<Stretch> {
+        let mut from = contact.from;
+        while from <= contact.to && self.scene.is_cutting(self.pair) && self.path.is_probing(from) {
+            from = from.ceil().next_up();
+        }
+        (from <= contact.to).then_some(Stretch { from, ..contact })
     }
 
     /// What a contact is, by the move in which it begins; `None` where it is meant.

@@ -18,6 +18,8 @@ pub struct Path<'a> {
     tools: Vec<u32>,
     /// When each move begins, s, and when the last one ends.
     begins: Vec<f64>,
+    /// Whether the way to each sample is a probe's, or back on it.
+    probing: Vec<bool>,
 }
 
 impl<'a> Path<'a> {
@@ -46,7 +48,8 @@ impl<'a> Path<'a> {
             axes_from = own.last().map_or(axes_from, |sample| sample.position);
             rest = behind;
         }
-        Ok(Self { run, samples, tools: run.tools(), begins })
+        let probing = probing(run, &samples);
+        Ok(Self { run, samples, tools: run.tools(), begins, probing })
     }
 
     /// The samples.
@@ -101,6 +104,11 @@ impl<'a> Path<'a> {
         &self.run.program.moves[self.sample_at(place).move_index]
     }
 
+    /// Whether a probe goes to a place, or back from where it ends on its own way: its tip may touch the workpiece, and cuts nothing.
+    pub fn is_probing(&self, place: f64) -> bool {
+        place > 0.0 && self.probing[place.ceil() as usize - 1]
+    }
+
     /// The time at a place, s from the program's start.
     pub fn time_s(&self, place: f64) -> f64 {
         if place <= 0.0 {
@@ -147,6 +155,36 @@ impl<'a> Path<'a> {
     pub fn block(&self, line: u32) -> &str {
         self.run.block(line)
     }
+}
+
+/// Whether the way to each sample is that of a probe, or back on it.
+fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
+    // Where the probe set out, and where it is or was at last.
+    let mut way: Option<[Position; 2]> = None;
+    let mut from = run.start;
+    let mut is_probing = |sample: &Sample| {
+        let (start, to) = (from, sample.position);
+        from = to;
+        let is_on_way = |place: &Position| way.is_some_and(|[first, last]| is_between(place, &first, &last));
+        let step = &run.program.moves[sample.move_index];
+        if step.is_probe {
+            let first =
+                way.filter(|[first, _]| is_on_way(&start) && is_between(&start, first, &to)).map(|[first, _]| first);
+            way = Some([first.unwrap_or(start), to]);
+            return true;
+        }
+        let is_other_tool = matches!(step.kind, MoveKind::ToolChange { .. });
+        let is_back = !is_other_tool && is_on_way(&start) && is_on_way(&to);
+        way = way.filter(|_| is_back);
+        is_back
+    };
+    samples.iter().map(|sample| is_probing(sample)).collect()
+}
+
+/// Whether a position is on the straight way between two, up to rounding.
+fn is_between(position: &Position, first: &Position, last: &Position) -> bool {
+    let apart = |a: &Position, b: &Position| (0..9).map(|i| (a.0[i] - b.0[i]).powi(2)).sum::<f64>().sqrt();
+    apart(first, position) + apart(position, last) - apart(first, last) <= 1e-9
 }
 
 /// How long the axes need at their rates for the way through `samples`, s: between two of them, as long as the slowest.

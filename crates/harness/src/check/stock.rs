@@ -569,9 +569,11 @@ impl<'a> Route<'a> {
         let last = self.straight_to(at, end);
         let (from, to) = (at as f64 - 1.0, last as f64);
         let (mut examined, mut cutting) = (Vec::new(), Vec::new());
+        let is_probing = self.path.is_probing(at as f64);
         for other in self.present(at) {
             let Other { role, stands, needs, .. } = self.others[other];
             match (role == Role::Cutter, cutter) {
+                (true, _) if is_probing => {}
                 (true, Some(kind)) => examined.push((other, kind)),
                 (true, None) if stands || needs.stands(step) => {
                     examined.push((other, Kind::StoppedSpindleIntoWorkpiece));
@@ -635,7 +637,7 @@ impl<'a> Route<'a> {
             let (from, to) = (self.path.position(at - 1), self.path.position(at));
             Position(std::array::from_fn(|i| to.0[i] - from.0[i]))
         };
-        let (first, parts) = (way(at), touching(at));
+        let (first, parts, is_probing) = (way(at), touching(at), self.path.is_probing(at as f64));
         let turns = self.others.iter().any(|other| other.turn(&self.scene.machine, &first) > 0.0);
         let stands = parts.iter().any(|&other| !self.others[other].body.is_round());
         let mut last = at;
@@ -643,6 +645,7 @@ impl<'a> Route<'a> {
             && !turns
             && !stands
             && samples[last].move_index == samples[at - 1].move_index
+            && self.path.is_probing(last as f64 + 1.0) == is_probing
             && is_parallel(&first, &way(last + 1))
             && touching(last + 1) == parts
         {

@@ -195,6 +195,29 @@ fn in_a_workpiece_that_stays_whole_a_standing_cutter_is_told_on_each_line_on_whi
 }
 
 #[test]
+fn a_probe_may_touch_the_workpiece_on_its_way_there_and_back_and_cuts_nothing() {
+    let whole = Settings { cutting: Cutting::Never, ..with_zones(&[]) };
+    for (settings, gouge_mm) in [(with_zones(&[]), None), (whole, None), (with_zones(&[]), Some(0.1))] {
+        for (program, line) in [
+            ("G38.2 Z15 F500\nG0 Z60\nM2", None),
+            ("G38.2 Z15 F500\nG4 P1\nG1 Z17\nG38.2 Z14 F50\nG0 Z60\nM2", None),
+            // Aside, with another tool, on beyond where the probe set out, and once it has left its way.
+            ("G38.2 Z15 F500\nG0 X5\nG0 Z60\nM2", Some(2)),
+            ("G38.2 Z15 F500\nT1 M6\nG0 Z60\nM2", Some(2)),
+            ("G0 X40\nG0 Z10\nG38.2 X60 F500\nG0 X0\nM2", Some(4)),
+            ("G38.2 Z15 F500\nG0 Z60\nG0 X50\nG0 Z15\nG0 X0\nM2", Some(5)),
+            ("M3 S1000\nG38.2 Z15 F500\nG0 Z60\nG0 X1\nG0 Z18\nM2", Some(5)),
+        ] {
+            let mut scene = scene(&with_cutter(), program);
+            scene.gouge_mm = gouge_mm;
+            let told = checked(&scene, &settings);
+            let first = told.events.first().map(|event| event.first.line);
+            assert_eq!(first, line, "{program} {gouge_mm:?} {:?}", told.events);
+        }
+    }
+}
+
+#[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
     let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
     // More samples than are scanned before it is looked whether there is a collision among them.
