@@ -311,6 +311,8 @@ pub fn check(
         over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
     let open_cutters = workpieces.iter().flat_map(Workpiece::open_cutters).collect();
+    let thin_cutters =
+        [(&bodies, scene), (&turned_bodies, &spun.scene)].map(|(bodies, scene)| bodies.thin_cutters(scene));
     let driven: BTreeSet<usize> = workpieces.iter().flat_map(|workpiece| workpiece.driven.iter().copied()).collect();
     Ok(Outcome {
         events,
@@ -325,7 +327,7 @@ pub fn check(
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
         stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
-        thin_cutters: bodies.thin_cutters(scene),
+        thin_cutters: thin_cutters.into_iter().flatten().collect::<BTreeSet<_>>().into_iter().collect(),
         open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),
