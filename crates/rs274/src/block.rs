@@ -146,12 +146,8 @@ impl Block {
         let mut cursor = Cursor::new(line, dialect)?;
         let like_fanuc = dialect.is_fanuc_like();
         let reads_parameters = line.contains('#');
-        let mut block = Self { deletable: cursor.accept('/'), reads_parameters, ..Self::default() };
-        if like_fanuc && block.deletable {
-            // The switch's number.
-            cursor.accept_digit();
-        }
-        cursor.skip_comments()?;
+        let mut block = Self { reads_parameters, ..Self::default() };
+        block.read_slash(&mut cursor)?;
         if dialect == Dialect::Grbl && cursor.peek().is_some_and(|first| matches!(first, '$' | '?' | '!' | '~')) {
             block.notes.push(setting(&mut cursor)?);
             return Ok(block);
@@ -162,6 +158,9 @@ impl Block {
         if cursor.accept('n') {
             block.sequence = line_number(cursor.number()?);
             cursor.skip_comments()?;
+            if like_fanuc {
+                block.read_slash(&mut cursor)?;
+            }
         }
         if cursor.peek() == Some('o') || (like_fanuc && cursor.peek() == Some(':')) {
             block.flow = Some(flow(&mut cursor)?);
@@ -184,6 +183,10 @@ impl Block {
                     }
                     return Ok(block);
                 }
+                // Haas's controls need no IF.
+                Some('[') if dialect == Dialect::Haas && !block.has_more() => {
+                    block.condition = Some(Expression::bracketed(&mut cursor)?);
+                }
                 Some('#') => block.assignments.push(assignment(&mut cursor)?),
                 Some(',') if like_fanuc => block.words.push(corner_word(&mut cursor)?),
                 Some(letter) if letter.is_ascii_alphabetic() || is_sign(letter) => {
@@ -199,6 +202,17 @@ impl Block {
                 Some(_) => return Err(cursor.fault_here(Cause::UnexpectedCharacter)),
             }
         }
+    }
+
+    /// Reads `/`, on Fanuc's and Haas's controls with the switch's number.
+    fn read_slash(&mut self, cursor: &mut Cursor) -> Result<(), Fault> {
+        if cursor.accept('/') {
+            self.deletable = true;
+            if cursor.dialect.is_fanuc_like() {
+                cursor.accept_digit();
+            }
+        }
+        cursor.skip_comments()
     }
 }
 

@@ -419,7 +419,7 @@ impl Interpreter<'_> {
             let kind = if kind == MoveKind::Rapid { kind } else { offset.arc_move(&round) };
             self.emit(kind, feed)?;
             if self.setup.dialect == Dialect::Haas {
-                self.note("outside corners are rounded; where a control goes straight on there, the tool's centre goes up to 0.42 radii farther".to_owned());
+                self.note_unknown("outside corners are rounded; where a control goes straight on there, the tool's centre goes up to 0.42 radii farther".to_owned());
             }
         }
         if let Compensation::On(offset) = &mut self.compensation {

@@ -162,7 +162,7 @@ impl Interpreter<'_> {
         let z = Axis::Z as usize;
         let waits = self.has_offset_numbers() && self.offset_change[z] != 0.0;
         if waits && (self.position[z] - self.parameters.at(HOME + z)).abs() > NO_TRAVEL_MM {
-            self.note(
+            self.note_unknown(
                 "the tool length offset has changed and Z has not been sent anywhere since: a control may move Z by the change at once (Fanuc's parameter 5006#6)"
                     .to_owned(),
             );

@@ -209,7 +209,9 @@ impl Interpreter<'_> {
                 }
                 let is_haas = self.setup.dialect == Dialect::Haas;
                 if kind == 12 && is_haas {
-                    self.note("G10 L12 is taken for a diameter; where Setting 40 is RADIUS it is a radius".to_owned());
+                    self.note_unknown(
+                        "G10 L12 is taken for a diameter; where Setting 40 is RADIUS it is a radius".to_owned(),
+                    );
                 }
                 let part = if self.modes.incremental { 1.0 } else { 0.0 };
                 let tool = self.tools.entry(number.unsigned_abs()).or_default();

@@ -18,7 +18,7 @@ use super::lathe::LatheMemory;
 use super::modal::{FeedMode, Group, Modes, Spindle, Values, lacks_point_note};
 use super::offsets::{Offsets, Values9, from_canonical, to_canonical};
 use super::oword::{Control, FlowTable, Lines};
-use super::parameters::{Parameters, UNKNOWN};
+use super::parameters::{INPUT, Parameters, UNKNOWN};
 use super::profile_cycle::is_profile_cycle;
 use super::setup::{Setup, Tool, Units, WorkOffset};
 use super::source::{self, Source};
@@ -116,7 +116,8 @@ fn parse(line: &str, setup: &Setup) -> Result<Block, Fault> {
     if matches!(source::bare(line), "" | "%") || (setup.block_delete && line.trim_start().starts_with('/')) {
         return Ok(Block::default());
     }
-    Block::parse(line, setup.dialect)
+    let block = Block::parse(line, setup.dialect)?;
+    Ok(if setup.block_delete && block.deletable { Block::default() } else { block })
 }
 
 /// Whether the program goes on.
@@ -282,10 +283,14 @@ impl<'a> Interpreter<'a> {
             self.steps += 1;
             let next = self.step(source, &table, at);
             if self.parameters.has_full_turn.take() {
-                self.note("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
+                self.note_unknown("ATAN of two arguments is taken to be from 0 to 360 degrees, and ASIN from 270 to 90; with Fanuc's parameter 6004#0 (NAT) at 1 this angle is 360 less".to_owned());
             }
-            if self.parameters.asks_input.take() {
-                self.note_unknown("#5399 is read as 0 here; on the machine it is what M66 has read: the input's state, or -1 where it has waited too long".to_owned());
+            if let Some(index) = self.parameters.unknown.take() {
+                let on_machine = match index {
+                    INPUT => "what M66 has read: the input's state, or -1 where it has waited too long",
+                    _ => "a clock or a timer",
+                };
+                self.note_unknown(format!("#{index} is read as 0 here; on the machine it is {on_machine}"));
             }
             match next {
                 Ok(Next::Line(next)) => at = next,
@@ -749,7 +754,7 @@ impl<'a> Interpreter<'a> {
         let starts = matches!(values.number(Group::Spindle), Some(3 | 4)) && values.code(Group::ToolChange).is_none();
         let feeds = |step: &Move| step.kind.is_feed();
         if starts && self.setup.dialect == Dialect::Fanuc && self.moves.iter().skip(first_move).any(feeds) {
-            self.note("M3 or M4 beside a feed move is taken to start the spindle before the move; on some machines it acts behind it".to_owned());
+            self.note_unknown("M3 or M4 beside a feed move is taken to start the spindle before the move; on some machines it acts behind it".to_owned());
         }
     }
 

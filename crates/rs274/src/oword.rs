@@ -19,8 +19,11 @@ use super::offsets::from_canonical;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hasher};
 
-/// At most so many times M99 P is compared with the time before: that reads all variables.
+/// At most so many times M99 is compared with the time before: that reads all variables.
 const MOST_COMPARED: u32 = 1000;
+
+/// A program that goes round by M99 without P, and is not the same each time, is left once it has more moves.
+const MOST_MOVES_OF_ROUNDS: usize = 10_000;
 
 /// Deepest nesting of subroutine calls.
 pub const MAX_CALL_DEPTH: usize = 64;
@@ -212,11 +215,9 @@ pub(super) struct Control {
     continues: bool,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Kept>,
-    /// Whether the main program runs for the second time, because of M99.
-    has_begun_again: bool,
-    /// How often M99 P was reached in the main program.
+    /// How often M99 or M99 P was reached in the main program.
     jumps: u32,
-    /// A hash of all variables and the axis positions when M99 P of each line was last reached.
+    /// A hash of all variables and the axis positions when M99 of each line was last reached.
     at_jumps: BTreeMap<usize, u64>,
 }
 
@@ -485,7 +486,7 @@ impl Interpreter<'_> {
         self.enter_lines(start, at, times, None).map(Next::Line).map_err(fault)
     }
 
-    /// Whether the M99 P of line `at` was reached before in the same state: then it goes round for ever.
+    /// Whether the M99 of line `at` was reached before in the same state: then it goes round for ever.
     fn goes_round(&mut self, at: usize) -> bool {
         self.control.jumps += 1;
         if self.control.jumps > MOST_COMPARED {
@@ -497,18 +498,23 @@ impl Interpreter<'_> {
         self.control.at_jumps.insert(at, state) == Some(state)
     }
 
-    /// M99 in the main program: on with line N`to`, else with the first line. What goes round for ever is followed twice, the second time from where the
-    /// first one ends. M99 P goes round for ever if nothing has changed since it was last reached.
+    /// M99 in the main program: on with line N`to`, else with the first line. It goes round for ever if nothing has changed since it was last reached; the
+    /// last round is from where the one before ends. Without P most programs go round until somebody stops them, so that what changes is followed only so far.
     fn end_main(&mut self, table: &FlowTable, to: Option<f64>, values: &Values, at: usize) -> Result<Next, Fault> {
+        let code = if to.is_some() { "M99 P" } else { "M99" };
+        if self.goes_round(at) {
+            self.note(format!("{code} goes round for ever; it is followed until a round changes nothing"));
+            return Ok(Next::End);
+        }
         if let Some(number) = to {
-            if self.goes_round(at) {
-                self.note("M99 P goes round for ever; it is followed twice".to_owned());
-                return Ok(Next::End);
-            }
             return self.line_of(table, number, at).map(Next::Line).map_err(|cause| values.fault('p', cause));
         }
-        self.note("M99 starts the program again; it is followed twice".to_owned());
-        Ok(if std::mem::replace(&mut self.control.has_begun_again, true) { Next::End } else { Next::Line(0) })
+        let jumps = self.control.jumps;
+        if jumps > 1 && (jumps > MOST_COMPARED || self.moves.len() > MOST_MOVES_OF_ROUNDS) {
+            self.note_unknown(format!("M99 starts the program again, and variables or axes change from round to round; behind {jumps} rounds it is not followed"));
+            return Ok(Next::End);
+        }
+        Ok(Next::Line(0))
     }
 
     /// G65: a subprogram with the block's words as its arguments.

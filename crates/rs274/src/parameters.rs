@@ -103,7 +103,7 @@ const UNKNOWN_POCKET: Cause = Cause::NotAllowed(
 );
 
 /// Where LinuxCNC's M66 puts what it has read.
-const INPUT: usize = 5399;
+pub(super) const INPUT: usize = 5399;
 
 /// Values of all parameters.
 #[derive(Clone, Debug)]
@@ -123,9 +123,10 @@ pub(super) struct Parameters {
     pub units: [f64; 9],
     /// Whether, since the interpreter last asked, Fanuc's ATAN or ASIN gave an angle that is 360 degrees less where parameter 6004#0 is 1.
     pub has_full_turn: Cell<bool>,
-    /// Whether [`INPUT`] holds what LinuxCNC's M66 has read, which is not known; and whether, since the interpreter last asked, it was asked for then.
+    /// Whether [`INPUT`] holds what LinuxCNC's M66 has read, which is not known.
     holds_input: bool,
-    pub asks_input: Cell<bool>,
+    /// The last parameter, since the interpreter last asked, that was read and is not known: [`INPUT`] then, a clock, a timer.
+    pub unknown: Cell<Option<usize>>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
 }
@@ -151,7 +152,7 @@ impl Parameters {
             units: [1.0; 9],
             has_full_turn: Cell::new(false),
             holds_input: false,
-            asks_input: Cell::new(false),
+            unknown: Cell::new(None),
             globals: BTreeMap::new(),
             frames: vec![Frame::default()],
             system: [0.0; SYSTEM_NAMES.len()],
@@ -174,7 +175,9 @@ impl Parameters {
         if self.has_vacant && matches!(index, 5000..=5999) && !is_readable(index, self.is_haas) {
             return Err(Cause::UnknownParameter);
         }
-        self.asks_input.set(self.asks_input.get() || (self.holds_input && index == INPUT));
+        if (self.holds_input && index == INPUT) || (self.has_vacant && is_clock(index)) {
+            self.unknown.set(Some(index));
+        }
         let value = self.numbered[index];
         if value == UNKNOWN {
             return Err(if matches!(index, 5021..=5029) { UNKNOWN_PLACE } else { Cause::UnknownParameter });
@@ -231,7 +234,7 @@ impl Parameters {
         }
         match index {
             ALARM => return Err(Cause::Alarm(format!("{value}"))),
-            4001..=4130 | 5001..=5108 => return Err(Cause::ReadOnlyParameter),
+            _ if is_read_only(index) => return Err(Cause::ReadOnlyParameter),
             _ => {}
         }
         if let Some(axis) = origin_axis(index) {
@@ -250,9 +253,11 @@ impl Parameters {
         self.numbered[INPUT] = 0.0;
     }
 
-    /// The values of all numbered parameters, in bits.
+    /// The values of all numbered parameters but those that tell modes and positions on Fanuc's controls, in bits.
     pub fn bits(&self) -> impl Iterator<Item = u64> {
-        self.numbered.iter().map(|value| value.to_bits())
+        let tells = |index: usize| self.has_vacant && is_read_only(index);
+        let others = self.numbered.iter().enumerate().filter(move |(index, _)| !tells(*index));
+        others.map(|(_, value)| value.to_bits())
     }
 
     /// `#number`, which must be a common variable, is what the operator enters: `given`, or unset.
@@ -343,6 +348,16 @@ fn origin_axis(index: usize) -> Option<usize> {
 fn is_readable(index: usize, is_haas: bool) -> bool {
     let holds_place = matches!(index, 5001..=5049 | 5061..=5070 | 5081..=5089 | 5201..=5209);
     holds_place || origin_axis(index).is_some() || (is_haas && matches!(index, 5401..=5600))
+}
+
+/// Whether a variable that programs for Fanuc's and Haas's controls may read is a clock, or one of Haas's timers of tools.
+const fn is_clock(index: usize) -> bool {
+    matches!(index, 3001 | 3002 | 3011 | 3012 | 5401..=5600)
+}
+
+/// Whether a variable of Fanuc's and Haas's controls tells a mode or a position.
+const fn is_read_only(index: usize) -> bool {
+    matches!(index, 4001..=4130 | 5001..=5108)
 }
 
 /// Whether a variable of Fanuc's and Haas's controls is the program's own.

@@ -1055,7 +1055,11 @@ fn fanucs_lead_in_goes_to_the_start_of_the_next_element() {
 #[test]
 fn fanucs_lead_in_before_an_outside_corner_is_of_type_a() {
     let open = |source: &str, setup: &Setup| {
-        run(source, setup).notes.iter().filter(|note| note.is_unknown && note.text.contains("outside corner")).count()
+        run(source, setup)
+            .notes
+            .iter()
+            .filter(|note| note.is_unknown && note.text.contains("by an outside corner"))
+            .count()
     };
     // The tool is 5 to the left: of +Y at X-5, of +X behind the corner at Y45.
     let outside = "G0Y-30.\nG1G41D2Y40.F100.\nX80.\nM30";

@@ -96,6 +96,9 @@ fn lines_behind_an_optional_end_are_named() {
     assert_eq!(noted("G0 X1\n/M2\nX9\nM2", &Setup::default()), 1);
     let skips = Setup { block_delete: true, ..fanuc() };
     assert!(run("G0X1.\n/M30\nX9.\nM30", &skips).notes.iter().all(|note| !note.is_unknown));
+    // The number of the line may stand before the slash.
+    let ends = |setup: &Setup| run("G0X1.\nN5/2X5.\nN6X9.\nM30", setup).moves.len();
+    assert_eq!([ends(&fanuc()), ends(&skips)], [3, 2]);
 }
 
 #[test]
@@ -112,18 +115,25 @@ fn m99_goes_on_with_a_line_or_from_the_start() {
     assert_eq!(xs("X1.\nM99P7\nX9.\nN7X2.\nM30"), [1.0, 2.0]);
     assert!(refused("M99P7\nM30", &fanuc()).contains("there is no line with this number N"));
     // What comes after the last line is the first one, from another place.
-    assert_eq!(xs("G91X1.\nX1.\nM99\nX9."), [1.0, 2.0, 3.0, 4.0]);
-    let program = interpret("G21X1.\nM99", Path::new("main.nc"), &fanuc()).unwrap();
-    assert_eq!(
-        program.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>(),
-        ["M99 starts the program again; it is followed twice"]
-    );
+    assert_eq!(xs("#1=0\nX1.\nX2.\nM99\nX9."), [1.0, 2.0, 1.0, 2.0]);
+    let round = interpret("G21X1.\nM99", Path::new("main.nc"), &fanuc()).unwrap();
+    assert_eq!(round.notes.len(), 1);
+    let told = round.notes[0].to_string();
+    assert_eq!(told, "line 2: M99 goes round for ever; it is followed until a round changes nothing");
+    // What counts goes on to where the count leads it, or is left, and named.
+    assert_eq!(xs("#100=#100+1\nX0.\nIF[#100EQ3]GOTO9\nX10.\nM99\nN9X90.\nM30"), [0.0, 10.0, 0.0, 10.0, 0.0, 90.0]);
+    let steps = interpret("G21M98P2L4000\nM99\nO2G91X1.\nM99", Path::new("main.nc"), &fanuc()).unwrap();
+    assert!(steps.moves.len() == 12_000 && steps.notes[0].is_unknown && steps.notes.len() == 1, "{:?}", steps.notes);
+    assert!(steps.notes[0].text.ends_with("behind 3 rounds it is not followed"), "{:?}", steps.notes);
     // What goes round for ever is followed twice, whether it begins at the first line or not.
     let source = "X1.\nN5X2.\nX3.\nM99P5";
     assert_eq!(xs(source), [1.0, 2.0, 3.0, 2.0, 3.0]);
     let program = run(&format!("G21{source}"), &fanuc());
     assert_eq!(program.notes.len(), 1);
-    assert_eq!(program.notes[0].to_string(), "line 4: M99 P goes round for ever; it is followed twice");
+    assert_eq!(
+        program.notes[0].to_string(),
+        "line 4: M99 P goes round for ever; it is followed until a round changes nothing"
+    );
     assert_eq!(xs("N1M99P1"), [0.0; 0]);
     // A loop that counts ends where it says, by an origin, too.
     assert_eq!(xs("N1G91G10L2P1X1.\nIF[#5221EQ4.]GOTO9\nM99P1\nN9G53G90G0X9.\nM30"), [9.0]);

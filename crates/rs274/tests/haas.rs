@@ -305,3 +305,22 @@ fn cutter_compensation_in_a_tilted_plane_is_named() {
         assert_refused(source, &setup, "3:1", "cutter compensation: it is not read in a tilted plane (G68.2)");
     }
 }
+
+#[test]
+fn a_condition_needs_no_if() {
+    assert_ends(
+        "#1=0\nN2#1=#1+1\nG0X#1\nN5[#1LT3]M99P2\nG0X9.\nM30",
+        &haas(),
+        &[[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [9.0, 0.0, 0.0]],
+    );
+}
+
+#[test]
+fn clocks_and_timers_of_tools_are_not_known() {
+    for (source, named) in
+        [("#1=#5401\nIF[#1GT3600.]GOTO9\nN9M30", "#5401"), ("IF[#3012GT120000]GOTO9\nN9M30", "#3012")]
+    {
+        let told: Vec<_> = run(source, &haas()).notes.into_iter().filter(|note| note.is_unknown).collect();
+        assert!(told.len() == 1 && told[0].text.starts_with(named) && told[0].text.contains("a clock"), "{told:?}");
+    }
+}
