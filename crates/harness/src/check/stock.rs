@@ -190,11 +190,12 @@ impl<'a> Workpiece<'a> {
     pub fn all(
         scene: &'a Scene,
         path: &'a Path<'a>,
-        pairs: &[Pair],
+        all: &[Pair],
         (spun, turned): (&Spun, &[Pair]),
         Settings { cutting, is_solid, .. }: &Settings,
     ) -> Result<(Vec<Self>, Vec<usize>), CheckError> {
         let (cutting, is_solid) = (*cutting, *is_solid);
+        let cuts = |pairs: &[Pair]| pairs.iter().any(|&pair| scene.is_cutting(pair));
         let (mut workpieces, mut uncut) = (Vec::new(), Vec::new());
         if scene.gouge_mm.is_some() || cutting == Cutting::Never {
             return Ok((workpieces, uncut));
@@ -207,8 +208,9 @@ impl<'a> Workpiece<'a> {
             };
             let of_workpiece = |pair: &Pair| [pair.a, pair.b].contains(&part) && is_known(*pair);
             let [pairs, turned] =
-                [pairs, turned].map(|pairs| pairs.iter().copied().filter(of_workpiece).collect::<Vec<_>>());
-            if !pairs.iter().any(|&pair| scene.is_cutting(pair)) {
+                [all, turned].map(|pairs| pairs.iter().copied().filter(of_workpiece).collect::<Vec<_>>());
+            // What is left is wanted even where no cutter comes near.
+            if !cuts(&pairs) && (!is_solid || cuts(all)) {
                 continue;
             }
             let resolution_mm = match cutting {

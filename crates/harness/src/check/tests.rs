@@ -218,6 +218,16 @@ fn a_probe_may_touch_the_workpiece_on_its_way_there_and_back_and_cuts_nothing() 
 }
 
 #[test]
+fn what_is_left_of_a_workpiece_that_no_cutter_comes_near_is_all_of_it() {
+    let scene = scene(&with_cutter(), "M3 S1000\nG1 Z80 F6000\nM2");
+    for (is_solid, count) in [(false, 0), (true, 1)] {
+        let told = checked(&scene, &Settings { is_solid, ..with_zones(&[]) });
+        assert!(told.is_clear() && told.remaining.len() == count, "{:?}", told.events);
+        assert!(told.remaining.iter().all(|left| (left.stock.clone().volume().high - 8000.0).abs() < 1.0));
+    }
+}
+
+#[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
     let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
     // More samples than are scanned before it is looked whether there is a collision among them.
