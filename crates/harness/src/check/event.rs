@@ -4,7 +4,8 @@
 //!
 //! - The cutter takes material away in feed moves. Contact with what is left is told as the stock finds it ([`super::stock`]).
 //! - Where the workpiece's mesh is open, nothing is taken away. Contact that begins in a feed move is cutting, and the first such contact is unresolved. Contact that
-//!   begins at rapid rate, with a change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still.
+//!   begins at rapid rate, with a change of tools or before the first move is a collision, and so is a feed into it while the spindle stands still; behind the first
+//!   cut it is unresolved.
 //! - Where the workpiece stays whole, on request, the same holds, but cutting is not told, nor is a rapid that begins within it: that is a retreat.
 //! - Where the workpiece is the finished part, the cutter gouges it when it goes deeper than the scene allows. Otherwise than in a feed move it may not even touch it.
 //! - Nearness of the two is not told. Shank and holder of a tool never cut.
@@ -202,11 +203,11 @@ impl EventWriter<'_> {
 
     /// Contact with what is left of a workpiece.
     fn of_stock(&self, contact: &StockContact) -> Event {
-        let StockContact { pair, kind, from, to, depth, .. } = *contact;
+        let StockContact { pair, kind, from, to, depth, deepest_at, .. } = *contact;
         let of_pair = OfPair { scene: self.scene, path: self.path, pair, stays_whole: false };
         let kind = if depth.low > 0.0 { kind } else { Kind::Unresolved };
-        let run =
-            Stretch { nearness: 0, from, to, least_mm: -depth.low, least_at: from, inside: false, goes_on: false };
+        let (least_mm, least_at) = (-depth.low, deepest_at.clamp(from, to));
+        let run = Stretch { nearness: 0, from, to, least_mm, least_at, inside: false, goes_on: false };
         Event { depth_mm: Some([depth.low, depth.high]), ..of_pair.event(kind, &run) }
     }
 }
@@ -304,11 +305,15 @@ impl OfPair<'_> {
             let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
             let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
             let stopped: Vec<_> = stopped.collect();
-            // Once an open workpiece is cut, nobody knows what is in it.
-            if let Some((_, kind)) = contacts.iter_mut().find(|(_, kind)| kind.is_none() && !self.stays_whole) {
-                *kind = Some(Kind::Unresolved);
-            }
             contacts.extend(stopped);
+            contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
+            // Once an open workpiece is cut, nobody knows what is in it.
+            let cut = contacts.iter().position(|(_, kind)| kind.is_none()).filter(|_| !self.stays_whole);
+            for (index, (_, kind)) in contacts.iter_mut().enumerate().skip(cut.unwrap_or(usize::MAX)) {
+                if kind.is_some() || Some(index) == cut {
+                    *kind = Some(Kind::Unresolved);
+                }
+            }
         }
         if let Some(touching) = touching {
             // What touches where the machine stands at first has not come there.

@@ -446,9 +446,13 @@ fn over_travel(scene: &Scene, run: &ProgramRun, path: &Path<'_>) -> Vec<OverTrav
         let end = if is_tip { path.samples()[last].position } else { step.end };
         for axis in Axis::ALL {
             let Err(cause) = scene.machine.check_axis(axis, &sample.position) else { continue };
-            let came = scene.machine.check_axis(axis, &path.position(index)).is_ok();
+            let before = path.position(index);
+            let came = scene.machine.check_axis(axis, &before).is_ok();
             let ends = scene.machine.check_axis(axis, &end).err();
-            if (!came && ends.is_none()) || !told.insert((line, cause.axis)) {
+            let (from, to) = (before[axis], sample.position[axis]);
+            let moves = index == 0 || (to - from).abs() > STILL;
+            let goes_on = moves && (to > from) == (cause.value > cause.max);
+            if !(came || goes_on || (moves && ends.is_some())) || !told.insert((line, cause.axis)) {
                 continue;
             }
             let (block, time_s) = (path.block(line).to_owned(), path.time_s(place as f64));

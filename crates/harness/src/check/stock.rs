@@ -44,6 +44,8 @@ pub(super) struct StockContact {
     pub from: f64,
     pub to: f64,
     pub depth: Depth,
+    /// Where the part of it begins in which that depth is found.
+    pub deepest_at: f64,
 }
 
 /// A part that stays within the resolution of what is left: whether it touches is not known.
@@ -794,7 +796,7 @@ impl<'a> Ledger<'a> {
         let cutters = self.others.iter().map(|other| other.pair).filter(|&pair| scene.is_cutting(pair));
         let contact = |pair| {
             let (kind, from) = (Kind::Unresolved, from.next_up());
-            StockContact { pair, is_turned: false, kind, from, to, depth }
+            StockContact { pair, is_turned: false, kind, from, to, depth, deepest_at: from }
         };
         self.met.contacts.extend(cutters.map(contact));
     }
@@ -827,6 +829,8 @@ impl<'a> Ledger<'a> {
             if goes_on && same && is_as_sure {
                 // Two bodies of one part may be in contact at once.
                 let to = before.to.max(to);
+                let is_deeper = (contact.depth.low, contact.depth.high) > (before.depth.low, before.depth.high);
+                before.deepest_at = if is_deeper { from } else { before.deepest_at };
                 (before.from, before.to) = (begin(before.from.min(from), to), to);
                 before.depth = before.depth.max(contact.depth);
                 return;
@@ -835,7 +839,8 @@ impl<'a> Ledger<'a> {
         let from = begin(from, to);
         self.last[other] = Some(self.met.contacts.len());
         let Other { pair, is_turned, .. } = self.others[other];
-        self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth: contact.depth });
+        let (depth, deepest_at) = (contact.depth, from);
+        self.met.contacts.push(StockContact { pair, is_turned, kind, from, to, depth, deepest_at });
     }
 
     fn touch(&mut self, other: usize, told: &Told, at_most_mm: f64) {
@@ -891,7 +896,8 @@ mod tests {
     fn two_workpieces_touch_where_neither_stock_is_free() {
         let (pair, other) = (Pair { a: 0, b: 1 }, Pair { a: 1, b: 2 });
         let depth = Depth { low: 1.0, high: 2.0 };
-        let contact = StockContact { pair, is_turned: false, kind: Kind::Collision, from: 2.0, to: 9.0, depth };
+        let (is_turned, kind, from, to, deepest_at) = (false, Kind::Collision, 2.0, 9.0, 2.0);
+        let contact = StockContact { pair, is_turned, kind, from, to, depth, deepest_at };
         let mut first = Met { contacts: vec![contact], cut_from: Some(0.0), ..Met::default() };
         let near = vec![(pair, [1.0, 4.0]), (other, [4.0, 5.0]), (pair, [6.0, 7.0]), (pair, [20.0, 21.0])];
         let touch = Touch { pair, moves: 1, line: 3, at_most_mm: 0.1 };

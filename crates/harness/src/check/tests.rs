@@ -223,8 +223,33 @@ fn what_is_left_of_a_workpiece_that_no_cutter_comes_near_is_all_of_it() {
     for (is_solid, count) in [(false, 0), (true, 1)] {
         let told = checked(&scene, &Settings { is_solid, ..with_zones(&[]) });
         assert!(told.is_clear() && told.remaining.len() == count, "{:?}", told.events);
-        assert!(told.remaining.iter().all(|left| (left.stock.clone().volume().high - 8000.0).abs() < 1.0));
+        for volume in told.remaining.iter().map(|left| left.stock.clone().volume()) {
+            assert!(volume.low <= 8000.0 && 8000.0 <= volume.high && volume.high - volume.low < 1000.0, "{volume:?}");
+        }
     }
+}
+
+#[test]
+fn contact_that_gets_deeper_is_told_where_it_is_deepest() {
+    let told = checked(&scene(&with_cutter(), "G0 X50\nG0 Z19.7\nG0 X5\nG0 Z17\nG0 Z60\nM2"), &with_zones(&[]));
+    let [event] = &told.events[..] else { panic!("{:?}", told.events) };
+    assert_eq!((event.kind, event.first.line, event.nearest.line), (Kind::RapidIntoWorkpiece, 3, 4));
+    assert!((event.least_mm + 3.0).abs() < 0.2, "{event:?}");
+}
+
+#[test]
+fn behind_the_first_cut_of_an_open_workpiece_nothing_is_certain() {
+    let text = with_cutter();
+    let (from, to) = (text.find("shape = ").unwrap(), text.find("at = ").unwrap());
+    let text = format!("{}mesh = \"open.obj\"\n{}", &text[..from], &text[to..]);
+    let told = |program: &str| {
+        let told = checked(&scene(&text, program), &with_zones(&[]));
+        told.events.iter().map(|event| (event.kind, event.first.line)).collect::<Vec<_>>()
+    };
+    let rapid = (Kind::RapidIntoWorkpiece, 2);
+    let cut = [(Kind::Unresolved, 4), (Kind::Unresolved, 6), (Kind::Unresolved, 9)];
+    let program = "M3 S1000\nG0 Z5\nG0 Z60\nG1 Z5 F5000\nG0 Z60\nG0 Z5\nG0 Z60\nM5\nG1 Z5\nM2";
+    assert_eq!(told(program), [vec![rapid], cut.to_vec()].concat());
 }
 
 #[test]
@@ -726,6 +751,14 @@ fn each_line_that_asks_for_a_place_beyond_a_limit_is_told_where_it_is_first_beyo
     let scene = self::scene(&text, &format!("o1 repeat [2]\n{lines}G0 Z60\no1 endrepeat\nM2"));
     let over = checked(&scene, &with_zones(&[])).over_travel;
     assert_eq!(over.iter().map(|over| over.line).collect::<Vec<_>>(), (2..=11).collect::<Vec<_>>());
+    // Lines that leave the axis where it is are not told. Of the two ways round to within the limits one goes farther out first.
+    let lines = |program: &str| {
+        let over = checked(&self::scene(&text, program), &with_zones(&[])).over_travel;
+        over.iter().map(|over| over.line).collect::<Vec<_>>()
+    };
+    assert_eq!(lines("G0 Z210\nG4 P1\nT2 M6\nG0 X5\nM2"), [1]);
+    let round = [2, 3].map(|code| lines(&format!("G18\nG1 Z205 F6000\nG{code} X5 Z200 I5 K0\nM2")));
+    assert!(round.contains(&vec![2]) && round.contains(&vec![2, 3]), "{round:?}");
 }
 
 #[test]

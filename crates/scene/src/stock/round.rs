@@ -17,12 +17,15 @@ use std::sync::Arc;
 
 /// Heights nearer than this are one, mm.
 pub(super) const SAME_HEIGHT_MM: f64 = 1e-7;
-/// Most heights at which the profile may have a corner; a mesh with more gets as many of one distance.
-const MOST_HEIGHTS: usize = 400;
+/// Part of the greatest coordinate by which files may round the coordinates of vertices: seven digits, turned and added up.
+const ROUNDED: f64 = 1e-6;
+/// Most heights at which the profile may have a corner; of a mesh with more it has as many, where most vertices are.
+const MOST_HEIGHTS: usize = 1000;
 /// Slopes that differ by less than this are one; over 100 mm that is 1e-7 mm.
 const STRAIGHT: f64 = 1e-9;
-/// A corner that turns by less than this on the hollow side joins what is beside it: coordinates are rounded to 1e-9 mm, and slabs may be thin.
-const NEARLY_STRAIGHT: f64 = 1e-6;
+/// Part of the largest radius that a hollow of the profile is filled up to, where so much of it is not known either: between irregular vertices the profile of
+/// a convex body has such.
+const FILLED: f64 = 0.01;
 
 /// A body of revolution about z.
 #[derive(Clone, Debug)]
@@ -327,7 +330,10 @@ struct Shell {
 
 impl Shell {
     fn new(mesh: &Arc<Mesh>, body_from_part: &Isometry, groove_mm: f64, purpose: Purpose) -> Self {
-        let places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
+        let mut places: Vec<Point> = mesh.vertices().iter().map(|vertex| body_from_part * vertex).collect();
+        let greatest = mesh.vertices().iter().map(|vertex| vertex.coords.amax()).fold(0.0, f64::max);
+        let same_mm = SAME_HEIGHT_MM.max(ROUNDED * greatest);
+        level(&mut places, same_mm);
         let solid = Solid::new(Arc::clone(mesh));
         let part_from_body = body_from_part.inverse();
         let holds = |p: &Point| solid.holds(&(part_from_body * p));
@@ -339,8 +345,8 @@ impl Shell {
         fill_grooves(&mut slabs, groove_mm);
         let most = rings.iter().map(Vec::len).max().unwrap_or(0);
         let is_stock = purpose == Purpose::Stock;
-        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank, is_stock));
-        let pieces = pieces(&slabs, 0, is_stock).into_iter().chain(within).collect();
+        let within = (1..most).flat_map(|rank| pieces(&stack(rank), rank, is_stock, same_mm));
+        let pieces = pieces(&slabs, 0, is_stock, same_mm).into_iter().chain(within).collect();
         Self { pieces, slabs, swept_mm3: rings.iter().flatten().map(Slab::swept_mm3).sum() }
     }
 
@@ -482,14 +488,28 @@ fn slabs(places: &[Point], faces: &[[u32; 3]]) -> Vec<Slab> {
     slabs
 }
 
+/// Gives vertices one height that lie at one up to rounding: the lowest of theirs, at the top the highest of all.
+fn level(places: &mut [Point], same_mm: f64) {
+    let mut upwards: Vec<&mut Point> = places.iter_mut().collect();
+    upwards.sort_by(|a, b| a.z.total_cmp(&b.z));
+    let top = upwards.last().map_or(0.0, |place| place.z);
+    let mut level = f64::NEG_INFINITY;
+    for place in upwards {
+        if place.z - level > same_mm {
+            level = place.z;
+        }
+        place.z = if top - level <= same_mm { top } else { level };
+    }
+}
+
 fn heights(places: &[Point]) -> Vec<f64> {
     let mut all: Vec<f64> = places.iter().map(|place| place.z).collect();
     all.sort_by(f64::total_cmp);
     let (low, high) = (all[0], all[all.len() - 1]);
     all.dedup_by(|next, kept| *next - *kept <= SAME_HEIGHT_MM);
     if all.len() > MOST_HEIGHTS {
-        let step = (high - low) / (MOST_HEIGHTS - 1) as f64;
-        all = (0..MOST_HEIGHTS).map(|k| low + step * k as f64).collect();
+        let last = all.len() - 1;
+        all = (0..MOST_HEIGHTS).map(|k| all[last * k / (MOST_HEIGHTS - 1)]).collect();
     }
     // The ends may have been given up for a neighbour that is one with them.
     if let [first, .., last] = &mut all[..] {
@@ -518,10 +538,6 @@ impl Slab {
         let height = self.z[1] - self.z[0];
         let hollow = self.bore.and_then(|bore| bore.filled).map_or(0.0, |radii| frustum_mm3(radii, height));
         frustum_mm3(self.outer, height) - hollow
-    }
-
-    fn slope(&self) -> f64 {
-        (self.outer[1] - self.outer[0]) / (self.z[1] - self.z[0])
     }
 
     /// How much the mesh may fall short of radii that are linear in it, mm; infinite where nothing is known.
@@ -625,11 +641,9 @@ fn fill_grooves(slabs: &mut [Slab], width_mm: f64) {
 
 /// Slabs that are convex together, each run as one piece. Where a piece meets a wider one it reaches into it, so that no gap of rounding is between them. Runs without a slab of
 /// this rank are left out. Rings of the stock end where their bore has a step; in those of a cutter that would leave a film between the two.
-fn pieces(slabs: &[Slab], rank: usize, is_stock: bool) -> Vec<Piece> {
-    let joins = |k: usize| {
-        let (below, above) = (&slabs[k], &slabs[k + 1]);
-        (below.outer[1] - above.outer[0]).abs() <= SAME_HEIGHT_MM && above.slope() <= below.slope() + NEARLY_STRAIGHT
-    };
+fn pieces(slabs: &[Slab], rank: usize, is_stock: bool, same_mm: f64) -> Vec<Piece> {
+    let most_mm = FILLED * slabs.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
+    let is_convex = |first: usize, last: usize| is_convex(&slabs[first..=last], [same_mm, most_mm]);
     let kind = |k: usize| slabs[k].bore.map(|bore| bore.is_vague());
     let is_ring = |k: usize| kind(k) == Some(false);
     let bores = |[first, last]: [usize; 2]| -> Vec<BoreSlab> {
@@ -643,16 +657,16 @@ fn pieces(slabs: &[Slab], rank: usize, is_stock: bool) -> Vec<Piece> {
         let goes_on = |next: usize| {
             kind(next) == kind(first) && (!is_stock || !is_ring(first) || Bore::is_known(&bores([first, next])))
         };
-        while last + 1 < slabs.len() && joins(last) && goes_on(last + 1) {
+        while last + 1 < slabs.len() && goes_on(last + 1) && is_convex(first, last + 1) {
             last += 1;
         }
         let (mut from, mut to) = (first, last);
         if is_ring(first) {
             // A ring goes on in what is solid above and below it.
-            while to + 1 < slabs.len() && joins(to) && kind(to + 1).is_none() {
+            while to + 1 < slabs.len() && kind(to + 1).is_none() && is_convex(from, to + 1) {
                 to += 1;
             }
-            while from > 0 && joins(from - 1) && kind(from - 1).is_none() {
+            while from > 0 && kind(from - 1).is_none() && is_convex(from - 1, to) {
                 from -= 1;
             }
         }
@@ -670,6 +684,27 @@ fn pieces(slabs: &[Slab], rank: usize, is_stock: bool) -> Vec<Piece> {
     let joined = joined(slabs, &solid).into_iter().filter(|&run| is_of_rank(run));
     // What decides for the most cells comes first.
     joined.map(|[first, last]| piece(slabs, first, last).for_sure()).chain(pieces).collect()
+}
+
+/// Whether the convex hull of a run of slabs is hardly farther out than they are: by what rounding does, or by what is not known of them, up to a most, mm.
+fn is_convex(run: &[Slab], [same_mm, most_mm]: [f64; 2]) -> bool {
+    let hull = outline(run);
+    let mut at = 0;
+    run.iter().flat_map(|slab| [0, 1].map(|k| (slab.z[k], slab.outer[k], slab.inner[k]))).all(|(z, outer, inner)| {
+        while at + 2 < hull.len() && hull[at + 1][1] < z {
+            at += 1;
+        }
+        let [below, above] = [hull[at], hull[(at + 1).min(hull.len() - 1)]];
+        let slope = (above[0] - below[0]) / (above[1] - below[1]).max(SAME_HEIGHT_MM);
+        let out_mm = (below[0] + slope * (z - below[1]) - outer) / slope.hypot(1.0);
+        out_mm <= (outer - inner).min(most_mm).max(same_mm)
+    })
+}
+
+/// The convex hull of a run of slabs: radii and heights, upwards.
+fn outline(run: &[Slab]) -> Vec<[f64; 2]> {
+    let corners: Vec<[f64; 2]> = run.iter().flat_map(|slab| [0, 1].map(|k| [slab.outer[k], slab.z[k]])).collect();
+    upper_envelope(&corners)
 }
 
 /// By how much a mesh may fall short of the outline of runs that are joined, mm: a fifth of the standard resolution where that is enough.
@@ -699,8 +734,7 @@ fn joined(slabs: &[Slab], runs: &[[usize; 2]]) -> Vec<[usize; 2]> {
 /// The slabs from one to another as one convex piece.
 fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
     let run = &slabs[first..=last];
-    let corners: Vec<[f64; 2]> = run.iter().flat_map(|slab| [0, 1].map(|k| [slab.outer[k], slab.z[k]])).collect();
-    let hull = upper_envelope(&corners);
+    let hull = outline(run);
     let [bottom, top] = [hull[0][0], hull[hull.len() - 1][0]];
     let lines: Vec<HalfPlane> = hull.windows(2).filter_map(|pair| HalfPlane::below_line(pair[0], pair[1])).collect();
     // Outwards the radius goes on as it does, but never grows.
@@ -812,6 +846,37 @@ mod tests {
             let found = Round::new(&revolve(profile), 0.0).deepest_mm(0.5);
             let is_near = if deepest < 1.0 { (found - deepest).abs() < 0.05 } else { found > 0.5 };
             assert!(is_near, "{profile:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_point_is_as_deep_as_it_is_whatever_heights_the_vertices_lie_at() {
+        let ball = (0..=16).map(|k| (f64::from(k) / 32.0 * std::f64::consts::PI).sin_cos());
+        let profile: Vec<[f64; 2]> = ball.map(|(sin, cos)| [3.0 * sin, 3.0 - 3.0 * cos]).collect();
+        let regular = revolve(&[&profile[..], &[[3.0, 60.0], [0.0, 60.0]]].concat());
+        let of_vertices = |vertices: Vec<Point>| Arc::new(Mesh::new(vertices, regular.faces().to_vec()).unwrap());
+        // Written by single precision in a frame that leans, and with each vertex moved along the ball.
+        let lean = Isometry::new(Vector::new(120.0, -40.0, 80.0), Vector::new(0.3, 0.5, 0.1));
+        let written = |p: &Point| (lean * p).map(|x| f64::from(x as f32));
+        let moved = |(k, p): (usize, &Point)| {
+            let angle = (1.0 - p.z / 3.0).acos() + 0.04 * (7.0 * k as f64).sin();
+            let scale = 3.0 * angle.sin() / p.x.hypot(p.y);
+            let is_moved = p.z > 0.1 && p.z < 2.9;
+            if is_moved { Point::new(p.x * scale, p.y * scale, 3.0 - 3.0 * angle.cos()) } else { *p }
+        };
+        let leaning = of_vertices(regular.vertices().iter().map(written).collect());
+        let staggered = of_vertices(regular.vertices().iter().enumerate().map(moved).collect());
+        for (name, mesh, frame) in [
+            ("regular", &regular, Isometry::identity()),
+            ("leaning", &leaning, lean.inverse()),
+            ("staggered", &staggered, Isometry::identity()),
+        ] {
+            let round = Round::about(mesh, frame, 0.0);
+            for (depth, angle) in (0..20).map(|k| (0.2 + 0.1 * f64::from(k), 0.4 * f64::from(k % 4))) {
+                let (rho, z) = ((3.0 - depth) * angle.sin(), 3.0 - (3.0 - depth) * angle.cos());
+                let found = -excess(&round, rho, z);
+                assert!((found - depth).abs() < 0.04, "{name}: {found}, not {depth}, {angle}");
+            }
         }
     }
 
