@@ -9,10 +9,11 @@ use super::tables::{interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
+use crate::analysis::ratios::Cases;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by};
+use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by, ranked_in, ranking_ratio};
 use crate::record::rows::CaseKey;
-use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
+use crate::record::{NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -328,7 +329,8 @@ fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
 struct Timed<'a> {
     label: &'a str,
     ratio: f64,
-    interval: Option<(f64, f64)>,
+    /// Whether its ratio to the fastest volume does not show it slower: the interval holds 1, or there is none.
+    is_tied: bool,
     /// Why its time decides nothing: a single launch of programs, or too few clusters of poses.
     undecided: Option<&'static str>,
 }
@@ -363,7 +365,7 @@ fn fastest(contents: &Contents) -> Statement {
         let leaders = match volumes.iter().find_map(|volume| volume.undecided) {
             Some(reason) => Err(reason),
             None if is_noisy(contents, scene) => Err("noisy"),
-            None => Ok(leaders(volumes)),
+            None => Ok(volumes.iter().filter(|volume| volume.is_tied).map(|volume| volume.label).collect()),
         };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
@@ -412,22 +414,27 @@ fn untimed(contents: &Contents) -> String {
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
 fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Timed<'a>> {
-    let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
-    let timed = volumes.filter_map(|entry| {
-        if entry.variant == *baseline {
-            let interval = Some((1.0, 1.0));
-            return Some(Timed { label: &entry.label, ratio: 1.0, interval, undecided: None });
+    let Contents { ranking, ratios, manifest, .. } = contents;
+    let cases = Cases::new(manifest);
+    let volumes = ranked_in(scene, ranking, ratios, &cases, baseline);
+    let Some(fastest) = volumes.first().map(|(entry, _)| &entry.variant) else { return Vec::new() };
+    let timed = volumes.iter().map(|(entry, row)| {
+        let direct = ranking_ratio(ratios, &cases, scene, &entry.variant, fastest).and_then(RatioRow::interval);
+        Timed {
+            label: &entry.label,
+            ratio: row.map_or(1.0, |row| row.ratio),
+            is_tied: entry.variant == *fastest || direct.is_none_or(|(low, _)| low <= 1.0),
+            undecided: row.and_then(undecided),
         }
-        let rows = paired_by_default(contents, &entry.variant, baseline);
-        let row = rows.into_iter().find(|row| row.scene == scene)?;
-        let is_program = row.metric == PROGRAM_TIME;
-        let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
-        let undecided = (row.clusters < fewest).then_some(reason);
-        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval(), undecided })
     });
-    let mut timed: Vec<Timed> = timed.collect();
-    timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    timed
+    timed.collect()
+}
+
+/// Why a ratio decides nothing, however clear it looks.
+fn undecided(row: &RatioRow) -> Option<&'static str> {
+    let is_program = row.metric == PROGRAM_TIME;
+    let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
+    (row.clusters < fewest).then_some(reason)
 }
 
 /// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
@@ -440,16 +447,6 @@ fn is_noisy(contents: &Contents, scene: &str) -> bool {
             && workload.is_some_and(|workload| row.workload == workload)
     };
     contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
-}
-
-/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval nothing is told apart.
-fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
-    let Some(first) = volumes.first() else { return Vec::new() };
-    let tied = |volume: &&Timed| match (first.interval, volume.interval) {
-        (Some((_, high)), Some((low, _))) => low <= high,
-        _ => true,
-    };
-    volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads

@@ -245,7 +245,8 @@ fn ranking(contents: &Contents) -> String {
     format!(
         "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by {} relative to {}: geometric \
          mean over the scenes as a summary, and the 95 % interval in each scene. The order holds for these \
-         scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
+         scenes, this machine and these trees. Intervals that overlap do not make two volumes equal: the answer above names the \
+         volumes that their direct ratio to the fastest one (`ratios.csv`) does not show slower. Unsafe volumes are left \
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
          Not volumes on the common tree, and so not ranked: our engines, whose trees, vector arithmetic and threads are their own; controls; \
          methods by samples; other libraries' whole systems with trees and triangle tests of their own.\n\n{}",
