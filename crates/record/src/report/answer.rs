@@ -286,8 +286,7 @@ fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
 
 /// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when no query was at a contact.
 fn rates(of: &Tallies<'_>) -> Option<String> {
-    let each: Vec<String> =
-        of.iter().filter_map(|(workload, of)| Some(format!("{} in `{workload}`", range(of)?))).collect();
+    let each: Vec<String> = of.iter().filter_map(|(workload, of)| range(workload, of)).collect();
     (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
 }
 
@@ -311,18 +310,30 @@ fn ranges(of: &[Tallies<'_>]) -> String {
     }
 }
 
-/// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`; `None` without a contact.
-fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
-    let tallies = || of_scenes.iter().map(|(_, tally)| tally).filter(|tally| tally.contacts() > 0);
-    tallies().next()?;
-    let shares = tallies().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
+/// The miss rates of one workload over scenes: ``10 to 29 % in `random` ``, ``none of 412 in `program` ``, or
+/// ``25 % in `program` (none of 4 on housing)``; `None` without a contact.
+fn range(workload: &str, of_scenes: &[(&str, &Tally)]) -> Option<String> {
+    let asked = of_scenes.iter().filter(|(_, tally)| tally.contacts() > 0);
+    let (unmissed, missed): (Vec<_>, Vec<_>) = asked.partition(|(_, tally)| tally.missed() == 0);
+    let contacts = unmissed.iter().map(|(_, tally)| tally.contacts()).sum::<u64>();
+    if missed.is_empty() {
+        return (contacts > 0).then(|| format!("none of {contacts} in `{workload}`"));
+    }
+    let shares = missed.iter().map(|(_, tally)| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
     let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
-    let short = |share: f64| if share >= 9.5 { format!("{share:.0}") } else { format!("{share:.1}") };
-    Some(match (short(low), short(high)) {
-        _ if high == 0.0 => format!("none of {}", tallies().map(|tally| tally.contacts()).sum::<u64>()),
-        (low, high) if low == high => format!("{low} %"),
-        (low, high) => format!("{low} to {high} %"),
-    })
+    let short = |share: f64| match share {
+        _ if share >= 9.5 => format!("{share:.0}"),
+        _ if share >= 0.1 => format!("{share:.1}"),
+        _ => number(share),
+    };
+    let (low, high) = (short(low), short(high));
+    let rate = if low == high { low } else { format!("{low} to {high}") };
+    let aside = match &unmissed[..] {
+        [] => String::new(),
+        [(scene, _)] => format!(" (none of {contacts} on {scene})"),
+        several => format!(" (none of {contacts} in {} scenes)", several.len()),
+    };
+    Some(format!("{rate} % in `{workload}`{aside}"))
 }
 
 /// A volume's ratio to the baseline in one scene.

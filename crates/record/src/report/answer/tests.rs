@@ -202,6 +202,18 @@ fn rates_are_told_by_workload() {
     ]);
     assert_eq!(rates(&of).unwrap(), "misses 5.0 to 20 % in `approach` and none of 21 in `program`");
     assert_eq!(rates(&Tallies::new()), None);
+    // Where none was missed no rate is told, least of all one of zero.
+    let rare = tally(&[(1, 5000)]);
+    for (scenes, expected) in [
+        (vec![("a", &none), ("b", &few)], "misses 20 % in `program` (none of 21 on a)"),
+        (
+            vec![("a", &none), ("b", &few), ("c", &none), ("d", &many)],
+            "misses 5.0 to 20 % in `program` (none of 42 in 2 scenes)",
+        ),
+        (vec![("a", &rare), ("b", &few)], "misses 0.0200 to 20 % in `program`"),
+    ] {
+        assert_eq!(rates(&Tallies::from([("program", scenes)])).unwrap(), expected);
+    }
     let (_folder, contents) = contents();
     let (even, uneven) = (tally(&[(0, 1); 1000]), tally(&[vec![(0, 1); 10], vec![(0, 90)]].concat()));
     let safe = Tallies::from([("approach", vec![("a", &even)]), ("random", vec![("a", &uneven), ("b", &empty)])]);
