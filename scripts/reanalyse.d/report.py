@@ -21,6 +21,16 @@ def number(value):
     return f"{mantissa}e{int(exponent)}"
 
 
+def bound(value):
+    """The same, rounded upwards."""
+    shown = number(value)
+    if shown == "-" or float(shown) >= value:
+        return shown
+    units = [(100, 1), (10, 0.1), (0.1, 1e-3), (1e-3, 1e-4)]
+    unit = next((unit for least, unit in units if value >= least), 10 ** (math.floor(math.log10(value)) - 1))
+    return number(value + unit / 2)
+
+
 def with_interval(value, low, high):
     """A value, with its interval where it has one."""
     return f"{number(value)} [{number(low)}, {number(high)}]" if math.isfinite(low) and math.isfinite(high) else number(value)
@@ -68,7 +78,7 @@ def contacts_missed(derivation, study):
         for case in order:
             for workload in sorted(w for s, c, w in derivation.tallies if (s, c) == (scene, case)):
                 asked, missed, (low, high), lines, (all_missed, all_contacts) = derivation.misses(scene, case, workload)
-                rate = "-" if not asked else f"at most {number(high)}"
+                rate = "-" if not asked else f"at most {bound(high)}"
                 if missed:
                     rate = f"{number(missed / asked)} [{number(low)}, {number(high)}]"
                 facts = study.variants[cases.variant[case]]

@@ -5,7 +5,7 @@
 //! of a user's scenes, with noisy timings, and without some of the variants.
 
 use super::Contents;
-use super::tables::{interval, number};
+use super::tables::{bound, interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
@@ -245,13 +245,13 @@ fn safe_ones(contents: &Contents, safe: &[Tallies<'_>]) -> String {
             if tally.contacts() == 0 {
                 unshown.insert((workload, scene));
             } else {
-                let bound = bounds.entry(workload).or_default();
-                *bound = bound.max((300.0 / tally.equal_lines()).min(100.0));
+                let most = bounds.entry(workload).or_default();
+                *most = most.max((300.0 / tally.equal_lines()).min(100.0));
             }
         }
     }
     let bounds: Vec<String> =
-        bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", number(*percent))).collect();
+        bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", bound(*percent))).collect();
     let unshown: Vec<String> =
         unshown.into_iter().map(|(workload, scene)| format!("in `{workload}` of {scene}")).collect();
     let unshown = if unshown.is_empty() {

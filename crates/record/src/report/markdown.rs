@@ -4,7 +4,7 @@ use super::Contents;
 use super::answer::{answer, is_default, paired_by_default, quantity, ratio};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
-use super::tables::{Table, interval, number};
+use super::tables::{Table, bound, interval, number};
 use crate::analysis::ALL;
 use crate::analysis::claims::{Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
@@ -277,7 +277,7 @@ fn misses(contents: &Contents) -> String {
         let (low, high) = tally.interval();
         let rate = match (tally.missed(), tally.contacts()) {
             (_, 0) => "-".to_owned(),
-            (0, _) => format!("at most {}", number(high)),
+            (0, _) => format!("at most {}", bound(high)),
             (missed, n) => interval(Some(missed as f64 / n as f64), Some(low), Some(high)),
         };
         table.row([
