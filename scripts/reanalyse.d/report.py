@@ -45,7 +45,8 @@ def ranking(derivation, study, ratios):
     if not any(key[3] == metric for key in ratios):
         metric, workloads = "time", {key[1] for key in ratios if key[3] == "time" and key[1] != "control"}
         workload = min(workloads, key=rank, default=None)
-    entries, is_ranked = [], False
+    entries, is_ranked, undecided = [], False, set()
+    fewest = 2 if metric == "program-time" else 4
     for variant, facts in study.variants.items():
         case = study.default(variant)
         ours = facts["kind"] not in ("peer", "control")
@@ -53,6 +54,8 @@ def ranking(derivation, study, ratios):
             continue
         found = {scene: ratios.get((scene, workload, ALL, metric, case, baseline)) for scene in study.scenes}
         values = [pair[0].value for pair in found.values() if pair]
+        if facts["kind"] == "volume":
+            undecided |= {scene for scene, pair in found.items() if pair and (pair[1].noisy or pair[1].clusters < fewest)}
         if case != baseline and not values:
             continue
         mean = math.exp(sum(map(math.log, values)) / len(values)) if values else 1.0
@@ -64,7 +67,8 @@ def ranking(derivation, study, ratios):
     if not is_ranked:
         return [], []
     entries.sort(key=lambda entry: entry[:2])
-    volumes = [[str(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
+    place_of = "({})" if undecided == set(study.scenes) else "{}"
+    volumes = [[place_of.format(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
     return volumes, [["-", *cells] for other, _, cells in entries if other]
 
 

@@ -11,9 +11,9 @@ use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::ratios::Cases;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by, ranked_in, ranking_ratio};
+use crate::analysis::{ALL, Ranked, counted, distinct, grouped, is_query_time, ranked_by, ranked_in, ranking_ratio};
 use crate::record::rows::CaseKey;
-use crate::record::{NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
+use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -373,9 +373,8 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = match volumes.iter().find_map(|volume| volume.undecided) {
+        let leaders = match undecided_on(contents, scene, volumes) {
             Some(reason) => Err(reason),
-            None if is_noisy(contents, scene) => Err("noisy"),
             None => Ok(volumes.iter().filter(|volume| volume.is_tied).map(|volume| volume.label).collect()),
         };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
@@ -446,6 +445,34 @@ fn undecided(row: &RatioRow) -> Option<&'static str> {
     let is_program = row.metric == PROGRAM_TIME;
     let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
     (row.clusters < fewest).then_some(reason)
+}
+
+/// Why nothing is decided about speed in a scene.
+fn undecided_on(contents: &Contents, scene: &str, volumes: &[Timed<'_>]) -> Option<&'static str> {
+    let reason = volumes.iter().find_map(|volume| volume.undecided);
+    reason.or_else(|| is_noisy(contents, scene).then_some("noisy"))
+}
+
+/// The scenes of the ranking in which nothing is decided about speed, each with the reason.
+pub(super) fn undecided_scenes<'a>(contents: &'a Contents, baseline: &str) -> Vec<(&'a str, &'static str)> {
+    let scenes = contents.manifest.scenes.iter().map(|scene| scene.name.as_str());
+    let each = scenes.filter_map(|scene| {
+        let volumes = timed_on(contents, baseline, scene);
+        Some((scene, undecided_on(contents, scene, &volumes)?))
+    });
+    each.collect()
+}
+
+/// The places of the ranking: `1`, or `(1)` when speed is decided in no scene; `-` for a method that is not a volume on the common tree.
+pub fn places(contents: &Contents) -> Vec<String> {
+    let baseline = contents.claims.comparison.baselines.first().map_or("", String::as_str);
+    let is_decided = undecided_scenes(contents, baseline).len() < contents.manifest.scenes.len();
+    let place = |(place, entry): (usize, &Ranked)| match entry.kind {
+        Kind::Volume if is_decided => place.to_string(),
+        Kind::Volume => format!("({place})"),
+        _ => "-".to_owned(),
+    };
+    (1..).zip(&contents.ranking).map(place).collect()
 }
 
 /// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
