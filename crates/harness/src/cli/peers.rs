@@ -65,7 +65,8 @@ struct PoseOptions {
     /// triangles), distance, batch (as first, many poses at once on all cores), motion (when do they touch first between two poses?)
     #[arg(long, default_value = "first", value_name = "MODE")]
     mode: Mode,
-    /// Poses per scene, or motions
+    /// About how many poses per scene, or motions: equal shares for strata, pairs and workloads, each rounded down to whole chunks of 64. Each share is
+    /// one chunk at least, of fewer poses where there are not so many
     #[arg(long, default_value_t = 2048, value_name = "N")]
     poses: usize,
     /// Seed of all randomness
