@@ -67,7 +67,7 @@ pub(super) fn frames(data: &Data) -> Sketch<Grouped> {
     Sketch {
         name: "tightness-by-frame",
         title: "Tightness in the parts' own frames and in random ones".to_owned(),
-        caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of axes, not on the shape. Default tree policies. Logarithmic axes; the row `none` holds values of zero."
+        caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of axes, not on the shape. Default tree policies. Axes are logarithmic; values of zero are in a row `none` below them."
             .to_owned(),
         drawing: Grouped::of(panels.collect(), MEASURES.len(), reason),
     }
