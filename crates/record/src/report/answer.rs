@@ -404,10 +404,14 @@ fn untimed(contents: &Contents) -> String {
         let of_workload = |row: &&SummaryRow| row.scene == scene && row.workload == workload && row.stratum == ALL;
         contents.summary.iter().filter(of_workload).map(|row| row.poses).max().unwrap_or_default()
     };
+    let mut is_sampled = false;
     let each = contents.misses.poses().into_iter().filter_map(|((scene, workload), poses)| {
         let count = match timed(scene, workload) {
             0 => "none".to_owned(),
-            timed if workload == RECORDED && timed < poses => timed.to_string(),
+            timed if workload == RECORDED && timed < poses => {
+                is_sampled = true;
+                timed.to_string()
+            }
             _ => return None,
         };
         Some(format!("{count} of the {poses} poses in `{workload}` of {scene}"))
@@ -416,10 +420,9 @@ fn untimed(contents: &Contents) -> String {
     if each.is_empty() {
         return String::new();
     }
-    format!(
-        " Timed were {}: in chunks of one stratum; the strata of a recording count by their shares of it.",
-        listed(&each)
-    )
+    let how =
+        if is_sampled { ", those of a recording chosen by stratum and weighted by each stratum's share" } else { "" };
+    format!(" {} were timed{how}.", capital(&listed(&each)))
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.

@@ -150,6 +150,35 @@ fn each_scene_is_ranked_by_its_own_workload() {
     );
 }
 
+/// Verified poses of which none or a part is timed are told, with how those of a recording were chosen.
+#[test]
+fn untimed_poses_are_told() {
+    let mut run = Run::generate(&Plan::default());
+    let of_approach = run.verification.iter().filter(|row| row.workload == "approach" && row.scene == SCENES[0]);
+    let extra: Vec<VerificationRow> =
+        of_approach.map(|row| VerificationRow { workload: "random".to_owned(), ..row.clone() }).collect();
+    run.verification.extend(extra);
+    let (_folder, mut contents) = of(&run, &ClaimSet::standard());
+    let poses = contents.misses.poses()[&(SCENES[0], "random")];
+    let none = format!(" None of the {poses} poses in `random` of {} were timed", SCENES[0]);
+    assert_eq!(untimed(&contents), format!("{none}."));
+    contents.summary.push(SummaryRow {
+        scene: SCENES[0].to_owned(),
+        workload: RECORDED.to_owned(),
+        stratum: ALL.to_owned(),
+        poses: 70,
+        ..contents.summary[0].clone()
+    });
+    run.verification
+        .iter_mut()
+        .filter(|row| row.workload == "random")
+        .for_each(|row| RECORDED.clone_into(&mut row.workload));
+    let (_folder, recorded) = of(&run, &ClaimSet::standard());
+    contents.misses = recorded.misses;
+    let how = ", those of a recording chosen by stratum and weighted by each stratum's share.";
+    assert_eq!(untimed(&contents), format!(" 70 of the {poses} poses in `recorded` of {} were timed{how}", SCENES[0]));
+}
+
 /// Query times of fewer than four clusters of poses decide nothing, however clear their ratio looks.
 #[test]
 fn too_few_poses_leave_the_fastest_undecided() {
