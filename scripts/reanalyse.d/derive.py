@@ -290,17 +290,43 @@ class Derivation:
         drawn = rows.launch.map(place) if place else rows.block
         return ratio(np.zeros(len(rows)), drawn.to_numpy(), *times, self.draws)
 
+    def to_fastest(self, scene, times):
+        """The ratios of the ranked volumes to the fastest one of a scene that `comparisons` does not have, as rows of ratios.csv; `times` has
+        the ratios to the first baseline by workload and case."""
+        workload = PROGRAM_TIME if any(key[0] == PROGRAM_TIME for key in times) else min((key[0] for key in times), key=rank, default=None)
+        metric = PROGRAM_TIME if workload == PROGRAM_TIME else "time"
+        safe = (variant for variant, facts in self.study.variants.items() if facts["kind"] == "volume" and facts["safe"])
+        ranked = [self.study.default(variant) for variant in safe if not self.any_missed(variant)]
+        of = {case: times[workload, case] for case in ranked if (workload, case) in times}
+        of |= {case: 1.0 for case in self.baselines[:1] if case in ranked}
+        fastest, known = min(of, key=of.get, default=None), self.comparisons(scene)
+        for above in of:
+            if above != fastest and (above, fastest) not in known:
+                cells = self.compare(scene, above, fastest, metric)
+                yield from self.rows(scene, metric, above, fastest, [cell for cell in cells if cell[:2] == (workload, ALL)])
+
+    @staticmethod
+    def rows(scene, metric, above, below, cells):
+        """The ratios of two cases by one metric as rows of ratios.csv."""
+        for workload, stratum, found in cells:
+            if found and math.isfinite(found.value):
+                yield {
+                    "scene": scene, "workload": workload, "stratum": stratum, "metric": metric,
+                    "case": above, "below": below, "ratio": found, "clusters": found.clusters,
+                }  # fmt: skip
+
     def ratios(self):
         """The rows of ratios.csv."""
         metrics = [PROGRAM_TIME, COLD, "time", "volume-tests", "triangle-tests", "build"]
         for scene in sorted(self.study.scenes):
+            times = {}
             for (above, below), metric in itertools.product(self.comparisons(scene), metrics):
-                for workload, stratum, found in self.compare(scene, above, below, metric):
-                    if found and math.isfinite(found.value):
-                        yield {
-                            "scene": scene, "workload": workload, "stratum": stratum, "metric": metric,
-                            "case": above, "below": below, "ratio": found, "clusters": found.clusters,
-                        }  # fmt: skip
+                for row in self.rows(scene, metric, above, below, self.compare(scene, above, below, metric)):
+                    yield row
+                    is_ranking = metric in (PROGRAM_TIME, "time") and row["workload"] != "control" and row["stratum"] == ALL
+                    if is_ranking and below in self.baselines[:1]:
+                        times[row["workload"], above] = row["ratio"].value
+            yield from self.to_fastest(scene, times)
 
 
 # The cost model

@@ -21,6 +21,16 @@ def number(value):
     return f"{mantissa}e{int(exponent)}"
 
 
+def bound(value):
+    """The same, rounded upwards."""
+    shown = number(value)
+    if shown == "-" or float(shown) >= value:
+        return shown
+    units = [(100, 1), (10, 0.1), (0.1, 1e-3), (1e-3, 1e-4)]
+    unit = next((unit for least, unit in units if value >= least), 10 ** (math.floor(math.log10(value)) - 1))
+    return number(value + unit / 2)
+
+
 def with_interval(value, low, high):
     """A value, with its interval where it has one."""
     return f"{number(value)} [{number(low)}, {number(high)}]" if math.isfinite(low) and math.isfinite(high) else number(value)
@@ -35,7 +45,8 @@ def ranking(derivation, study, ratios):
     if not any(key[3] == metric for key in ratios):
         metric, workloads = "time", {key[1] for key in ratios if key[3] == "time" and key[1] != "control"}
         workload = min(workloads, key=rank, default=None)
-    entries, is_ranked = [], False
+    entries, is_ranked, undecided = [], False, set()
+    fewest = 2 if metric == "program-time" else 4
     for variant, facts in study.variants.items():
         case = study.default(variant)
         ours = facts["kind"] not in ("peer", "control")
@@ -43,6 +54,8 @@ def ranking(derivation, study, ratios):
             continue
         found = {scene: ratios.get((scene, workload, ALL, metric, case, baseline)) for scene in study.scenes}
         values = [pair[0].value for pair in found.values() if pair]
+        if facts["kind"] == "volume":
+            undecided |= {scene for scene, pair in found.items() if pair and (pair[1].noisy or pair[1].clusters < fewest)}
         if case != baseline and not values:
             continue
         mean = math.exp(sum(map(math.log, values)) / len(values)) if values else 1.0
@@ -54,7 +67,8 @@ def ranking(derivation, study, ratios):
     if not is_ranked:
         return [], []
     entries.sort(key=lambda entry: entry[:2])
-    volumes = [[str(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
+    place_of = "({})" if undecided == set(study.scenes) else "{}"
+    volumes = [[place_of.format(place), *cells] for place, (other, _, cells) in enumerate(entries, 1) if not other]
     return volumes, [["-", *cells] for other, _, cells in entries if other]
 
 
@@ -68,7 +82,7 @@ def contacts_missed(derivation, study):
         for case in order:
             for workload in sorted(w for s, c, w in derivation.tallies if (s, c) == (scene, case)):
                 asked, missed, (low, high), lines, (all_missed, all_contacts) = derivation.misses(scene, case, workload)
-                rate = "-" if not asked else f"at most {number(high)}"
+                rate = "-" if not asked else f"at most {bound(high)}"
                 if missed:
                     rate = f"{number(missed / asked)} [{number(low)}, {number(high)}]"
                 facts = study.variants[cases.variant[case]]

@@ -51,14 +51,17 @@ fn ranking(contents: &Contents) -> String {
         headings.extend([">MEAN", ">LEAST", ">MOST"]);
     }
     let mut table = style::table_within(&headings, COLUMNS);
+    let is_decided = !rows.iter().any(|row| row.place.starts_with('('));
     for row in rows {
         let numbers = if few { row.scenes.clone() } else { spread(&row) };
         let cells = [row.place, shortened(&row.label)].into_iter().chain(numbers);
         table.add_row(cells);
     }
-    let note = "Places are by the geometric mean over the scenes; - is no volume on the common tree.";
+    let undecided = if is_decided { "" } else { " Places are in brackets where speed is undecided in every scene." };
+    let note =
+        format!("Places are by the geometric mean over the scenes; - is no volume on the common tree.{undecided}");
     let [what, note] =
-        [&format!("{what} relative to the {baseline}:"), note].map(|text| wrap(text, COLUMNS).join("\n"));
+        [&format!("{what} relative to the {baseline}:"), &note].map(|text| wrap(text, COLUMNS).join("\n"));
     format!("{what}\n{}\n{note}", table.trim_fmt())
 }
 

@@ -14,7 +14,7 @@ use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
 use crate::record::{
-    FolderLock, PeerRatioRow, PeerRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text,
+    FolderLock, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text,
 };
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
@@ -65,7 +65,8 @@ struct PoseOptions {
     /// triangles), distance, batch (as first, many poses at once on all cores), motion (when do they touch first between two poses?)
     #[arg(long, default_value = "first", value_name = "MODE")]
     mode: Mode,
-    /// Poses per scene, or motions
+    /// About how many poses per scene, or motions: equal shares for strata, pairs and workloads, each rounded down to whole chunks of 64. Each share is
+    /// one chunk at least, of fewer poses where there are not so many
     #[arg(long, default_value_t = 2048, value_name = "N")]
     poses: usize,
     /// Seed of all randomness
@@ -178,7 +179,10 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         What::Export(options) => export(&options.poses, registry)?,
         What::Run(options) => return compare(options, registry),
         What::Verify(options) => return verify_all(options, registry),
-        What::Table(options) => show(&options.out, &options.against, options.seed)?,
+        What::Table(options) => {
+            ensure_there(&options.out, &options.against, std::iter::empty())?;
+            show(&options.out, &options.against, options.seed)?;
+        }
         What::Runner(options) => answer_as(options, registry)?,
     }
     Ok(CLEAR)
@@ -255,6 +259,7 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
         names => names.to_vec(),
     };
     let _lock = FolderLock::take(&asked.out)?;
+    ensure_there(&asked.out, &against, engines.iter().map(|engine| engine.name.clone()))?;
     let (plan, cache) = (asked.plan(registry)?, asked.cache()?);
     write_setting(options, &engines)?;
     let bar = Bar::new(asked.quiet);
@@ -455,6 +460,19 @@ fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
     Ok(answer::run(variant, *policy, *coherence, *mode, pair, out, *rounds, commands, replies)?)
 }
 
+/// Refuses to compare with engines of which neither the record in a folder nor `others` has one.
+fn ensure_there(folder: &Path, against: &[String], others: impl Iterator<Item = String>) -> Result<()> {
+    let timings: Vec<PeerTimingRow> = read_rows_if_there(folder)?;
+    let there: BTreeSet<String> = timings.into_iter().map(|row| row.engine).chain(others).collect();
+    ensure!(
+        against.iter().any(|name| there.contains(name)),
+        "--against {}: no such engine takes part; there are {}",
+        against.join(", "),
+        there.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
+    );
+    Ok(())
+}
+
 fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
     let (rows, ratios) = summarise(folder, against, seed)?;
     let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
@@ -465,8 +483,11 @@ fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
         let rows: Vec<&PeerRow> =
             rows.iter().filter(|row| is_here(&row.scene, &row.mode) && row.stratum == ALL_STRATA).collect();
         let ratios: Vec<&PeerRatioRow> = ratios.iter().filter(|row| is_here(&row.scene, &row.mode)).collect();
-        let reference = ratios.first().map_or_else(|| "nothing".to_owned(), |ratio| ratio.reference.clone());
-        say(format!("\n{scene}, mode {mode}, {} poses; times faster than {reference}:\n", rows[0].poses));
+        let compared = ratios.first().map_or_else(
+            || format!("{} did not take part", against.join(", ")),
+            |ratio| format!("times faster than {}", ratio.reference),
+        );
+        say(format!("\n{scene}, mode {mode}, {} poses; {compared}:\n", rows[0].poses));
         say(times(&rows, &ratios).trim_fmt());
         say("");
         say(by_stratum(&rows, &ratios).trim_fmt());
@@ -560,6 +581,31 @@ fn by_stratum(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of several names one is enough, of the record or of what is asked now.
+    #[test]
+    fn an_engine_to_compare_with_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let timing = PeerTimingRow {
+            engine: "fast".to_owned(),
+            scene: "mill".to_owned(),
+            pair: "a:b".to_owned(),
+            mode: "first".to_owned(),
+            stratum: Stratum::Far,
+            chunk: 0,
+            poses: 64,
+            round: 0,
+            ns: 1,
+        };
+        write_rows(folder.path(), &[timing]).unwrap();
+        let asked = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+            ensure_there(folder.path(), &names, ["slow".to_owned()].into_iter())
+        };
+        assert!(asked(&["nobody", "fast"]).is_ok() && asked(&["slow"]).is_ok());
+        let refused = asked(&["nobody"]).unwrap_err().to_string();
+        assert_eq!(refused, "--against nobody: no such engine takes part; there are fast, slow");
+    }
 
     #[test]
     fn a_ratio_without_an_interval_stands_alone() {

@@ -19,6 +19,9 @@ use std::path::{Path, PathBuf};
 /// Folder of the units inside a study's folder.
 const UNITS: &str = "units";
 
+/// The unit of the comparison of triangle tests, which says nothing of a scene or a variant.
+pub(super) const CROSS_CHECK: &str = "cross-check";
+
 /// What a study leaves in its folder beside the manifest, the units and [`DERIVED`].
 const FILES: [&[&str]; 6] = [
     rows::MEASURED,
@@ -106,7 +109,8 @@ fn join_some<R: Row>(folder: &Path, units: &[PathBuf], compresses: bool) -> Resu
 
 impl Folder {
     /// Opens a folder for what `new` says: a new one, one to go on with, whose own manifest is kept, or a finished one. `fresh`
-    /// allows what another request left to be replaced; only files that a study writes are removed then.
+    /// allows what another request left to be replaced; only files that a study writes are removed then. What has no results yet, as after a
+    /// failed start, is replaced without it.
     ///
     /// # Errors
     /// When the folder holds something else, another process works in it, or it cannot be written.
@@ -121,16 +125,16 @@ impl Folder {
         let manifest = match old.map(|old| old.map(|old| (difference(&old, &new), old))) {
             None if !left.ours => new,
             Some(Ok((None, old))) => old,
-            _ if fresh => {
+            None if !fresh => return Err(another(path, "the layout")),
+            Some(Err(error)) if !fresh => return Err(error.into()),
+            Some(Ok((Some(difference), _))) if !fresh && has_results(path) => return Err(another(path, difference)),
+            _ => {
                 FILES.iter().chain(&DERIVED).copied().flatten().chain(&[UNITS]).try_for_each(|name| {
                     remove(&path.join(name))?;
                     remove(&path.join(compressed(name)))
                 })?;
                 new
             }
-            None => return Err(another(path, "the layout")),
-            Some(Ok((Some(difference), _))) => return Err(another(path, difference)),
-            Some(Err(error)) => return Err(error.into()),
         };
         manifest.write(path)?;
         Ok(Self { path: path.to_owned(), manifest, compresses: false, _lock: Some(lock) })
@@ -340,6 +344,16 @@ fn left_behind(path: &Path) -> Left {
     Left { foreign, ours: !entries.is_empty() }
 }
 
+/// Whether a study's folder holds a table, or a unit other than [`CROSS_CHECK`].
+fn has_results(path: &Path) -> bool {
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()
+    };
+    let is_result = |unit: &PathBuf| unit.file_stem().is_none_or(|name| name != CROSS_CHECK);
+    FILES.iter().chain(&DERIVED).copied().flatten().any(|file| located(path, file).exists())
+        || inside(&path.join(UNITS)).iter().flat_map(|stage| inside(stage)).any(|unit| is_result(&unit))
+}
+
 /// Copies a folder into another, file by file; a file that is there already is an error.
 fn copy_below(from: &Path, to: &Path) -> Result<(), RecordError> {
     fs::create_dir_all(to).map_err(RecordError::io("create", to))?;
@@ -504,6 +518,22 @@ mod tests {
         let places = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         assert!(finished(places[0].path(), &[Stage::Measure], false).begin(Stage::Verify).is_err());
         assert!(finished(places[1].path(), &[Stage::Measure], true).begin(Stage::Verify).is_ok());
+    }
+
+    /// A run that failed at its scene, after the comparison of triangle tests, is begun anew when the scene is mended.
+    #[test]
+    fn what_has_no_results_is_replaced() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = Folder::open(place.path(), manifest(1), false).unwrap();
+        write_unit(&folder.unit(&["verify", CROSS_CHECK]), |_| Ok(())).unwrap();
+        fs::create_dir_all(folder.unit(&["verify", "cross-check.partial"])).unwrap();
+        drop(folder);
+        let folder = Folder::open(place.path(), manifest(2), false).unwrap();
+        assert!(folder.manifest.request == manifest(2).request && !folder.unit(&["verify"]).exists());
+        write_unit(&folder.unit(&["verify", "mill"]), |_| Ok(())).unwrap();
+        drop(folder);
+        let refused = Folder::open(place.path(), manifest(3), false).unwrap_err();
+        assert!(refused.to_string().contains("another request"), "{refused}");
     }
 
     #[test]

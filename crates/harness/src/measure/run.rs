@@ -3,7 +3,7 @@
 //! Units are the cross-check of the triangle tests, the lines of a scene's verification and its verdicts case by case, the counts of a scene, and the
 //! timings of a scene in one launch. A shard carries out its share of them and keeps them; [`super::shard::merge`] joins shards.
 
-use super::folder::{Folder, RawTable, write_unit};
+use super::folder::{CROSS_CHECK, Folder, RawTable, write_unit};
 use super::judged;
 use super::measured::Measured;
 use super::plan::{Case, Plan, PlanError};
@@ -27,8 +27,7 @@ use thiserror::Error;
 /// File of a timing unit: one complaint about noise per line.
 const NOISE_FILE: &str = "noise.txt";
 
-/// Unit of the cross-check, and its file.
-const CROSS_CHECK: &str = "cross-check";
+/// File of the unit [`CROSS_CHECK`].
 const CROSS_CHECK_FILE: &str = "cross-check.json";
 
 /// Why a run, an audit, a sweep or an ablation could not be opened or carried on.

@@ -239,7 +239,8 @@ fn rows_of_poses_answer_as_moved_managers_do() {
     assert_eq!(manager.collides_each(&[], &[[]; 2]), Ok(vec![manager.collides(); 2]));
 }
 
-/// A small object that passes a large one needs a tree of its unit; one that stays far away needs none.
+/// Two objects are compared on one grid. A small object that passes a large one therefore needs a second tree in the unit of the large one's grid, a power
+/// of two; one that stays far away needs none.
 #[test]
 fn trees_for_rows_of_poses_are_made_before_the_rows_are_asked() {
     let cube = meshes::cuboid(8.0, 5.0, 6.0);

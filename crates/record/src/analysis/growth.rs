@@ -84,8 +84,8 @@ pub(super) fn analyze_growth(folder: &Path, swept: &Swept, seed: u64) -> Result<
     Ok(found)
 }
 
-/// The slopes of all strata together, of each group that has one in every stratum the mean; then those of each stratum, if there are several.
-/// Sets without a slope are left out.
+/// The slopes of all strata together, then those of each stratum if there are several. All strata together have one slope for each group: its mean over the
+/// strata, if it has a slope in every one. Sets without a slope are left out.
 fn by_stratum(slopes: &BTreeMap<Unit, f64>) -> Vec<(Option<Stratum>, Vec<f64>)> {
     let strata = distinct(slopes.keys().map(|(_, stratum)| *stratum));
     let groups = grouped(slopes.iter().map(|((group, _), slope)| (*group, *slope)));

@@ -22,6 +22,7 @@ pub mod variance;
 pub mod words;
 
 use self::misses::Misses;
+use crate::record::manifest::SceneEntry;
 use crate::record::{
     self, ClaimRow, Kind, Manifest, NULL_VARIANT, PROGRAM_TIME, ProgramTimeRow, RECORDED, RatioRow, RecordError,
     SummaryRow, VarianceRow, read_rows, read_rows_if_there,
@@ -157,7 +158,9 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     let misses = Misses::read(folder)?;
     let summary = summary::summarise(&scenes, &misses, seed);
     let program_times = programs::program_times(&scenes, &cases, claims)?;
-    let ratios = ratios::all_ratios(&scenes, &cases, claims, seed)?;
+    let mut ratios = ratios::all_ratios(&scenes, &cases, claims, seed)?;
+    let ranking = ranking(&manifest, &ratios, &misses, claims);
+    ratios.extend(ratios::to_fastest(&scenes, &cases, claims, &ranking, &ratios, seed)?);
     let variance = variance::components(&scenes, &cases, claims)?;
     let evidence = judge::Evidence {
         scenes: &scenes,
@@ -179,7 +182,6 @@ pub fn analyze(folder: &Path, claims: &ClaimSet) -> Result<Outcome, AnalysisErro
     record::write_text(&folder.join(claims::FILE), &claims.text)?;
     cost::write(folder, &manifest, &scenes)?;
     let noise = noise(&manifest, &ratios);
-    let ranking = ranking(&manifest, &ratios, &misses, claims);
     Ok(Outcome { summary, program_times, ratios, variance, claims: rows, noise, ranking })
 }
 
@@ -209,29 +211,59 @@ pub fn ranked_by<'a>(ratios: &'a [RatioRow], scene: &str) -> Option<&'a str> {
     ranking_workload(rows.map(|row| row.workload.as_str()))
 }
 
+/// The ratio of two variants under their default policies in the workload by which a scene is ranked.
+pub fn ranking_ratio<'a>(
+    ratios: &'a [RatioRow],
+    cases: &ratios::Cases,
+    scene: &str,
+    variant: &str,
+    baseline: &str,
+) -> Option<&'a RatioRow> {
+    let workload = ranked_by(ratios, scene)?;
+    ratios.iter().find(|row| {
+        row.scene == scene
+            && row.workload == workload
+            && row.stratum == ALL
+            && is_query_time(row)
+            && row.variant == variant
+            && row.baseline == baseline
+            && cases.is_default(variant, &row.policy)
+            && cases.is_default(baseline, &row.baseline_policy)
+    })
+}
+
+/// The volumes of a ranking with a time in a scene, fastest first, each with its ratio to the first baseline; that baseline itself has none.
+pub fn ranked_in<'a>(
+    scene: &str,
+    ranking: &'a [Ranked],
+    ratios: &'a [RatioRow],
+    cases: &ratios::Cases,
+    baseline: &str,
+) -> Vec<(&'a Ranked, Option<&'a RatioRow>)> {
+    let volumes = ranking.iter().filter(|entry| entry.kind == Kind::Volume);
+    let timed = volumes.filter_map(|entry| {
+        let row = ranking_ratio(ratios, cases, scene, &entry.variant, baseline);
+        (row.is_some() || entry.variant == baseline).then_some((entry, row))
+    });
+    let mut timed: Vec<(&Ranked, Option<&RatioRow>)> = timed.collect();
+    let ratio = |row: Option<&RatioRow>| row.map_or(1.0, |row| row.ratio);
+    timed.sort_by(|a, b| ratio(a.1).total_cmp(&ratio(b.1)));
+    timed
+}
+
 /// Ranks the variants by speed, each scene by its own workload (see [`ranked_by`]), each variant under its default policy. Safe volumes come
 /// first, then engines, peers and controls. Left out are unsafe variants, and variants declared safe that missed a contact: a method can
 /// look fast because it misses collisions. Empty when nothing was timed beside the baseline.
 pub fn ranking(manifest: &Manifest, ratios: &[RatioRow], misses: &Misses, claims: &ClaimSet) -> Vec<Ranked> {
     let cases = ratios::Cases::new(manifest);
     let Some(baseline) = claims.comparison.baselines.first() else { return Vec::new() };
-    let workloads: Vec<(&str, Option<&str>)> =
-        manifest.scenes.iter().map(|scene| (scene.name.as_str(), ranked_by(ratios, &scene.name))).collect();
-    let wanted = |r: &&RatioRow| {
-        r.stratum == ALL && is_query_time(r) && workloads.contains(&(r.scene.as_str(), Some(r.workload.as_str())))
-    };
     let mut ranking = Vec::new();
     for entry in &manifest.variants {
         if entry.id == NULL_VARIANT || (entry.kind.is_ours() && (!entry.safe || misses.any_of(&entry.id))) {
             continue;
         }
-        let logs: Vec<f64> = ratios
-            .iter()
-            .filter(wanted)
-            .filter(|r| r.variant == entry.id && r.baseline == *baseline)
-            .filter(|r| cases.is_default(&r.variant, &r.policy) && cases.is_default(&r.baseline, &r.baseline_policy))
-            .map(|r| r.ratio.ln())
-            .collect();
+        let in_scene = |scene: &SceneEntry| ranking_ratio(ratios, &cases, &scene.name, &entry.id, baseline);
+        let logs: Vec<f64> = manifest.scenes.iter().filter_map(in_scene).map(|row| row.ratio.ln()).collect();
         let (ratio, scenes) = if entry.id == *baseline {
             (1.0, manifest.scenes.len())
         } else if logs.is_empty() {

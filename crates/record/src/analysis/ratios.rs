@@ -1,4 +1,5 @@
-//! Ratios of totals: every case to each baseline, the subject of each reading to its baseline, and the null duplicate to its original.
+//! Ratios of totals: every case to each baseline, the subject of each reading to its baseline, the null duplicate to its original, and the
+//! ranked volumes to the fastest one of a scene.
 
 use super::AnalysisError;
 use super::claims::{CaseRef, ClaimSet};
@@ -7,6 +8,7 @@ use super::stats::Interval;
 use super::summary::{ALL, Cell};
 use super::table::{Counter, Scene};
 use super::totals::Estimate;
+use super::{Ranked, ranked_by, ranked_in, ranking_ratio};
 use crate::record::rows::CaseKey;
 use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, RatioRow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -242,6 +244,41 @@ pub fn all_ratios(
     let noisy = NoisyCells::of(&rows);
     for row in rows.iter_mut().filter(|row| Metric::is_timed(&row.metric)) {
         row.noisy = u8::from(noisy.get(&row.scene, &row.workload, &row.stratum).is_some());
+    }
+    Ok(rows)
+}
+
+/// The ratios of the ranked volumes to the fastest one of each scene, in the cell by which it is ranked, as far as `ratios` lacks them.
+///
+/// # Errors
+/// When a policy of the manifest is malformed.
+pub fn to_fastest(
+    scenes: &BTreeMap<String, Scene>,
+    cases: &Cases,
+    claims: &ClaimSet,
+    ranking: &[Ranked],
+    ratios: &[RatioRow],
+    seed: u64,
+) -> Result<Vec<RatioRow>, AnalysisError> {
+    let Some(baseline) = claims.comparison.baselines.first() else { return Ok(Vec::new()) };
+    let mut rows = Vec::new();
+    for (name, scene) in scenes {
+        let timed = ranked_in(name, ranking, ratios, cases, baseline);
+        let (Some(((fastest, _), others)), Some(workload)) = (timed.split_first(), ranked_by(ratios, name)) else {
+            continue;
+        };
+        let metric = if workload == PROGRAM_TIME { Metric::ProgramTime } else { Metric::Time };
+        let noisy = ratios.iter().any(|r| (&r.scene, &*r.workload, &*r.stratum, r.noisy) == (name, workload, ALL, 1));
+        for (other, _) in others {
+            let is_there = ranking_ratio(ratios, cases, name, &other.variant, &fastest.variant).is_some();
+            let pair = (cases.default_of(&other.variant)?, cases.default_of(&fastest.variant)?);
+            let (false, (Some(above), Some(below))) = (is_there, pair) else { continue };
+            let of_cell = compare(scene, metric, &above, &below, seed).into_iter();
+            let of_cell = of_cell.filter(|ratio| ratio.workload == workload && ratio.stratum == ALL);
+            rows.extend(
+                of_cell.map(|ratio| RatioRow { noisy: noisy.into(), ..row(name, metric, &above, &below, &ratio) }),
+            );
+        }
     }
     Ok(rows)
 }

@@ -82,6 +82,8 @@ fn planted_effects_are_found() {
     assert_eq!(verdicts(&outcome, "equal-gap", "R1"), ["refuted"; 2]);
     assert_eq!(verdicts(&outcome, "unbalanced-tree", "R1"), ["supported"; 3]);
     assert_eq!(verdicts(&outcome, "looser-box", "R1"), ["supported"; 3]);
+    let looser = outcome.claims.iter().find(|row| row.claim == "looser-box" && row.scene == SCENES[0]).unwrap();
+    assert!(looser.note.contains("4 random frames"), "{}", looser.note);
     assert_eq!(verdicts(&outcome, "obb-costly-to-build", "obb-aabb"), ["supported"; 3]);
     assert_eq!(verdicts(&outcome, "hierarchy-pays", "obb-brute"), ["supported"; 3]);
     assert_eq!(verdicts(&outcome, "real-time-on-controller", "-"), ["not-judged"]);

@@ -4,20 +4,33 @@ use super::Sketch;
 use super::data::{Data, Entry};
 use super::grouped::{Form, Grouped, Panel, Point, Series};
 use super::ticks::Scale;
+use crate::analysis::grouped;
 use crate::analysis::stats::quantile;
 use std::collections::BTreeMap;
 
 pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     let panels = data.scenes.iter().map(|scene| panel(data, scene)).collect();
+    let single = if has_single(data) {
+        " A marker without a whisker is a single build, the first and so with cold caches: it decides nothing."
+    } else {
+        ""
+    };
     Sketch {
         name: "build-time",
         title: "Time to build a tree".to_owned(),
-        caption: "Time to build the tree over one part, by part and variant (default tree policy). Markers are medians over all \
+        caption: format!(
+            "Time to build the tree over one part, by part and variant (default tree policy). Markers are medians over all \
                   builds, whiskers reach from the 5th to the 95th percentile (of a few builds nearly from the least to the most). Trees of eight-wide \
-                  nodes are built on all threads, the others on one. The number after a part's name is its count of triangles."
-            .to_owned(),
+                  nodes are built on all threads, the others on one. The number after a part's name is its count of triangles.{single}"
+        ),
         drawing: Grouped::of(panels, 2, "builds.csv holds no rows; measure first"),
     }
+}
+
+/// Whether a tree was built once alone in the run.
+fn has_single(data: &Data) -> bool {
+    let builds = data.builds.iter().map(|row| ((&row.scene, row.case(), &row.part), ()));
+    grouped(builds).values().any(|builds| builds.len() == 1)
 }
 
 fn panel(data: &Data, scene: &str) -> Panel {
@@ -42,5 +55,23 @@ fn panel(data: &Data, scene: &str) -> Panel {
         reference: None,
         series: Series::of(&data.variants, points),
         categories: parts.iter().map(|(part, triangles)| format!("{part} ({triangles})")).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::synthetic::{Plan, Run};
+
+    #[test]
+    fn a_single_build_is_told() {
+        for launches in [1, 3] {
+            let mut run = Run::generate(&Plan { launches, ..Plan::default() });
+            run.builds.retain(|row| row.block == 0);
+            let folder = tempfile::tempdir().unwrap();
+            run.write(folder.path());
+            let caption = sketch(&Data::read(folder.path()).unwrap()).caption;
+            assert_eq!(caption.contains("is a single build"), launches == 1, "{caption}");
+        }
     }
 }

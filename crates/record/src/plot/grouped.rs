@@ -100,6 +100,12 @@ const fn panel_width(columns: usize) -> u32 {
 
 const PANEL_HEIGHT: u32 = 560;
 
+/// Height of the row below a logarithmic axis that holds values of zero, as a share of the axis.
+const NONE_ROW: f64 = 0.12;
+
+/// The label of that row.
+const NONE: &str = "none";
+
 impl Grouped {
     /// Keeps the panels that have a value. Panels whose categories need much room get rows of their own. If no panel has a value, the error
     /// is `reason`.
@@ -158,11 +164,12 @@ impl Panel {
     fn draw(&self, area: &Area<'_>) -> DrawResult {
         let points = || self.series.iter().flat_map(|series| series.points.iter().flatten());
         let values = points().flat_map(|p| [p.value, p.low, p.high]).chain(self.reference);
-        let (mut low, high) = self.scale.range(values);
-        if points().any(|p| self.scale.coordinate(p.value) == f64::NEG_INFINITY) {
-            // Room below for the arrows of what the axis cannot show.
-            low -= 0.1 * (high - low);
-        }
+        let (least, high) = self.scale.range(values);
+        // What a logarithmic axis cannot show has a row of its own below the axis.
+        let has_none = points().any(|p| self.scale.coordinate(p.value) == f64::NEG_INFINITY);
+        let row = if has_none { NONE_ROW * (high - least) } else { 0.0 };
+        let (low, none) = (least - row, least - 0.5 * row);
+        let ticks = self.scale.ticks(least, high).into_iter().chain(has_none.then_some(none));
         let count = self.categories.len();
         let centres: Vec<f64> = (0..count).map(|i| i as f64 + 0.5).collect();
         let mut chart = ChartBuilder::on(area)
@@ -173,7 +180,7 @@ impl Panel {
             .y_label_area_size(98)
             .build_cartesian_2d(
                 Axis { ends: (0.0, count as f64), ticks: centres },
-                Axis { ends: (low, high), ticks: self.scale.ticks(low, high) },
+                Axis { ends: (low, high), ticks: ticks.collect() },
             )?;
         let category = |x: &f64| self.categories.get(*x as usize).cloned().unwrap_or_default();
         chart
@@ -186,7 +193,7 @@ impl Panel {
             .x_labels(count + 1)
             .y_labels(50)
             .x_label_formatter(&category)
-            .y_label_formatter(&|y| self.scale.tick_label(*y))
+            .y_label_formatter(&|y| if *y < least { NONE.to_owned() } else { self.scale.tick_label(*y) })
             .y_desc(self.measure)
             .x_desc(self.sorted_by)
             .draw()?;
@@ -194,7 +201,8 @@ impl Panel {
         let (corner_x, corner_y) = area.get_base_pixel();
         let bottom = self.scale.range(std::iter::empty()).0.max(low);
         let pixel = |x: f64, y: f64| {
-            let (x, y) = chart.backend_coord(&(x, y.clamp(low, high)));
+            let y = if y == f64::NEG_INFINITY { none } else { y.clamp(low, high) };
+            let (x, y) = chart.backend_coord(&(x, y));
             (x - corner_x, y - corner_y)
         };
         if self.form == Form::Markers {
@@ -202,6 +210,9 @@ impl Panel {
                 let (top, foot) = (pixel(boundary as f64, high), pixel(boundary as f64, low));
                 area.draw(&PathElement::new(vec![top, foot], BLACK.mix(0.15)))?;
             }
+        }
+        if has_none {
+            area.draw(&PathElement::new(vec![pixel(0.0, least), pixel(count as f64, least)], BLACK.mix(0.5)))?;
         }
         if let Some(reference) = self.reference.map(|value| self.scale.coordinate(value)) {
             let ends = vec![pixel(0.0, reference), pixel(count as f64, reference)];
@@ -226,11 +237,6 @@ impl Panel {
                 let (near, far) = (pixel(x - slot * 0.42, bottom), pixel(x + slot * 0.42, value));
                 area.draw(&Rectangle::new([near, far], look.colour.mix(0.55).filled()))?;
                 area.draw(&Rectangle::new([near, far], look.colour.stroke_width(2)))?;
-            }
-            // What a logarithmic axis cannot show lies below it: an arrow from the upper end says so.
-            if value == f64::NEG_INFINITY {
-                look.at_most(area, at.0, pixel(x, to).1)?;
-                continue;
             }
             if point.low < point.high {
                 look.whisker(area, at.0, pixel(x, from).1, pixel(x, to).1)?;

@@ -123,19 +123,6 @@ impl Look {
         area.draw(&PathElement::new(vec![(x, from), (x, to)], line))?;
         [from, to].into_iter().try_for_each(|y| area.draw(&PathElement::new(vec![(x - 4, y), (x + 4, y)], line)))
     }
-
-    /// Draws the marker with an arrow pointing down from it, which means that the true value is at most this.
-    ///
-    /// # Errors
-    /// When the backend refuses.
-    pub fn at_most(self, area: &Area<'_>, x: i32, y: i32) -> DrawResult {
-        const LENGTH: i32 = 24;
-        let line = self.colour.stroke_width(2);
-        self.mark(area, (x, y))?;
-        area.draw(&PathElement::new(vec![(x, y), (x, y + LENGTH)], line))?;
-        let tip = vec![(x - 4, y + LENGTH - 5), (x, y + LENGTH), (x + 4, y + LENGTH - 5)];
-        area.draw(&PathElement::new(tip, line))
-    }
 }
 
 /// Draws text with its middle or an end at a position.

@@ -34,8 +34,8 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
         title: "Contacts missed, by travel past first contact".to_owned(),
         caption: format!(
             "Share of the contacts at which a variant's own query was asked that it reports as free, by workload and by travel past \
-             first contact in mm (intervals open below, closed above; shallower than 1e-6 mm is grazing and not counted). An arrow marks a \
-             variant that missed none of those asked. There are no intervals: contacts of one line depend on one another, and the record \
+             first contact in mm (intervals open below, closed above; shallower than 1e-6 mm is grazing and not counted). The row `none` below the \
+             axis holds the variants that missed none of those asked. There are no intervals: contacts of one line depend on one another, and the record \
              does not say on which lines those of a band lie; the table of contacts missed has intervals by line.{spared}"
         ),
         drawing: Grouped::of(panels, 1, "verification.csv holds no contact that a variant was asked about and missed"),
@@ -49,11 +49,8 @@ fn panel(data: &Data, title: &str, rows: &[&VerificationRow]) -> Panel {
         .iter()
         .map(|entry| bands.iter().map(|band| share(data, rows, &entry.id, *band)).collect())
         .collect();
-    // Arrows stand at the height of the lowest mark.
-    let foot = shares.iter().flatten().flatten().copied().filter(|share| *share > 0.0).fold(1.0, f64::min);
-    let point = |share: f64| if share > 0.0 { Point::bare(share) } else { Point { value: 0.0, low: 0.0, high: foot } };
     let series = data.variants.iter().zip(shares).map(|(entry, shares)| Series {
-        points: shares.into_iter().map(|share| share.map(point)).collect(),
+        points: shares.into_iter().map(|share| share.map(Point::bare)).collect(),
         entry: entry.clone(),
     });
     Panel {
@@ -78,6 +75,7 @@ fn share(data: &Data, rows: &[&VerificationRow], variant: &str, band: Band) -> O
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::canvas::svg;
     use crate::record::synthetic::{Plan, Run};
     use crate::record::write_rows;
 
@@ -105,6 +103,9 @@ mod tests {
         let series = panel.series.iter().find(|series| series.entry.id == row.variant).unwrap();
         let points: Vec<&Point> = series.points.iter().flatten().collect();
         assert!(points.iter().any(|point| (point.value - asked(&row)).abs() < 1e-12), "{points:?} {row:?}");
-        assert!(points.iter().all(|point| point.value == 0.0 || point.low == point.high));
+        assert!(points.iter().all(|point| point.low == point.high));
+        // What missed nothing has a row of its own.
+        assert!(panel.series.iter().flat_map(|series| series.points.iter().flatten()).any(|point| point.value == 0.0));
+        assert!(svg(&drawing).unwrap().lines().filter(|line| *line == "none").count() == drawing.panels.len());
     }
 }

@@ -67,7 +67,7 @@ pub(super) fn frames(data: &Data) -> Sketch<Grouped> {
     Sketch {
         name: "tightness-by-frame",
         title: "Tightness in the parts' own frames and in random ones".to_owned(),
-        caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of axes, not on the shape. Default tree policies."
+        caption: "Over the upper levels of the trees of all parts, own frame against frames turned at random: the volumes over the volumes of the convex hulls of their contents; the largest distance from a volume to that hull; the share of the volumes that two siblings both claim. What changes with the frame depends on the modeller's choice of axes, not on the shape. Default tree policies. Axes are logarithmic; values of zero are in a row `none` below them."
             .to_owned(),
         drawing: Grouped::of(panels.collect(), MEASURES.len(), reason),
     }
@@ -101,10 +101,42 @@ fn by_frame(data: &Data, scene: &str, measure: usize) -> Panel {
         title: format!("{scene}, {}", MEASURES[measure].1),
         measure: MEASURES[measure].0,
         sorted_by: "",
-        scale: Scale::Linear,
+        scale: Scale::Log,
         form: Form::Lines,
         reference: None,
         categories: vec!["own frame".to_owned(), "random".to_owned()],
         series: Series::of(&data.variants, points),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::canvas::svg;
+    use crate::record::synthetic::{Plan, Run};
+
+    /// One loose volume leaves the others their room on the axis, and a value of zero has a place.
+    #[test]
+    fn a_loose_volume_hides_no_others() {
+        let mut run = Run::generate(&Plan::default());
+        for row in &mut run.tightness {
+            match row.variant.as_str() {
+                "ellipsoid" => row.hulled_volume_mm3 *= 1e4,
+                "aabb" => row.sibling_overlap_mm3 = Some(0.0),
+                _ => {}
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        run.write(folder.path());
+        let drawing = frames(&Data::read(folder.path()).unwrap()).drawing.unwrap();
+        let ends = |panel: &Panel| {
+            let points = panel.series.iter().flat_map(|series| series.points.iter().flatten());
+            let range = panel.scale.range(points.clone().map(|point| point.value));
+            let aabb = panel.series.iter().find(|series| series.entry.id == "aabb").unwrap();
+            let height = panel.scale.coordinate(aabb.points[0].unwrap().value);
+            (height - range.0) / (range.1 - range.0)
+        };
+        assert!(ends(&drawing.panels[0]) > 0.05, "{}", ends(&drawing.panels[0]));
+        assert!(svg(&drawing).unwrap().lines().any(|line| line == "none"));
     }
 }

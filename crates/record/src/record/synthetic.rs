@@ -442,8 +442,8 @@ impl Run {
                 for level in 0..14_u32 {
                     let (hull, shrink) = (1e6, 0.8_f64.powi(level.cast_signed()));
                     let loose = 1.0 + (planted.loose - 1.0) * shrink + 0.2 * f64::from(level);
-                    // Every part in its own frame, and in one other in which all is looser.
-                    for frame in 0..2 {
+                    // Every part in its own frame, and in others in which all is looser.
+                    for frame in 0..5 {
                         let loose = loose * (1.0 + 0.1 * f64::from(frame));
                         self.tightness.push(TightnessRow {
                             scene: scene.into(),

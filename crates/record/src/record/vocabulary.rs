@@ -37,7 +37,7 @@ pub const PROGRAM_TIME: &str = "program-time";
 /// Workload of recorded poses.
 pub const RECORDED: &str = "recorded";
 
-/// Metric, and workload in `ratios.csv`, of queries of whole programs that find the caches empty.
+/// Time of queries of whole programs with cold caches: the name of the metric, and of its workload in `ratios.csv`.
 pub const PROGRAM_TIME_COLD: &str = "program-time-cold";
 
 /// What stands in the place of a variant in an outline row that draws the part itself.

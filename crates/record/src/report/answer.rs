@@ -5,12 +5,13 @@
 //! of a user's scenes, with noisy timings, and without some of the variants.
 
 use super::Contents;
-use super::tables::{interval, number};
+use super::tables::{bound, interval, number};
 use crate::analysis::claims::{CaseRef, Claim, ClaimSet, Reading, Role, TestKind};
 use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
+use crate::analysis::ratios::Cases;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, counted, distinct, grouped, is_query_time, ranked_by};
+use crate::analysis::{ALL, Ranked, counted, distinct, grouped, is_query_time, ranked_by, ranked_in, ranking_ratio};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
@@ -244,13 +245,13 @@ fn safe_ones(contents: &Contents, safe: &[Tallies<'_>]) -> String {
             if tally.contacts() == 0 {
                 unshown.insert((workload, scene));
             } else {
-                let bound = bounds.entry(workload).or_default();
-                *bound = bound.max((300.0 / tally.equal_lines()).min(100.0));
+                let most = bounds.entry(workload).or_default();
+                *most = most.max((300.0 / tally.equal_lines()).min(100.0));
             }
         }
     }
     let bounds: Vec<String> =
-        bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", number(*percent))).collect();
+        bounds.iter().map(|(workload, percent)| format!("{} % in `{workload}`", bound(*percent))).collect();
     let unshown: Vec<String> =
         unshown.into_iter().map(|(workload, scene)| format!("in `{workload}` of {scene}")).collect();
     let unshown = if unshown.is_empty() {
@@ -285,8 +286,7 @@ fn tallies<'a>(contents: &'a Contents, case: &CaseRef) -> Tallies<'a> {
 
 /// The miss rates in words, such as ``misses 10 to 29 % in `approach` and none of 412 in `program` ``; `None` when no query was at a contact.
 fn rates(of: &Tallies<'_>) -> Option<String> {
-    let each: Vec<String> =
-        of.iter().filter_map(|(workload, of)| Some(format!("{} in `{workload}`", range(of)?))).collect();
+    let each: Vec<String> = of.iter().filter_map(|(workload, of)| range(workload, of)).collect();
     (!each.is_empty()).then(|| format!("misses {}", listed(&each)))
 }
 
@@ -310,25 +310,38 @@ fn ranges(of: &[Tallies<'_>]) -> String {
     }
 }
 
-/// The miss rates of one workload over scenes: `10 to 29 %`, or `none of 412`; `None` without a contact.
-fn range(of_scenes: &[(&str, &Tally)]) -> Option<String> {
-    let tallies = || of_scenes.iter().map(|(_, tally)| tally).filter(|tally| tally.contacts() > 0);
-    tallies().next()?;
-    let shares = tallies().map(|tally| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
+/// The miss rates of one workload over scenes: ``10 to 29 % in `random` ``, ``none of 412 in `program` ``, or
+/// ``25 % in `program` (none of 4 on housing)``; `None` without a contact.
+fn range(workload: &str, of_scenes: &[(&str, &Tally)]) -> Option<String> {
+    let asked = of_scenes.iter().filter(|(_, tally)| tally.contacts() > 0);
+    let (unmissed, missed): (Vec<_>, Vec<_>) = asked.partition(|(_, tally)| tally.missed() == 0);
+    let contacts = unmissed.iter().map(|(_, tally)| tally.contacts()).sum::<u64>();
+    if missed.is_empty() {
+        return (contacts > 0).then(|| format!("none of {contacts} in `{workload}`"));
+    }
+    let shares = missed.iter().map(|(_, tally)| 100.0 * tally.missed() as f64 / tally.contacts() as f64);
     let (low, high) = shares.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), share| (l.min(share), h.max(share)));
-    let short = |share: f64| if share >= 9.5 { format!("{share:.0}") } else { format!("{share:.1}") };
-    Some(match (short(low), short(high)) {
-        _ if high == 0.0 => format!("none of {}", tallies().map(|tally| tally.contacts()).sum::<u64>()),
-        (low, high) if low == high => format!("{low} %"),
-        (low, high) => format!("{low} to {high} %"),
-    })
+    let short = |share: f64| match share {
+        _ if share >= 9.5 => format!("{share:.0}"),
+        _ if share >= 0.1 => format!("{share:.1}"),
+        _ => number(share),
+    };
+    let (low, high) = (short(low), short(high));
+    let rate = if low == high { low } else { format!("{low} to {high}") };
+    let aside = match &unmissed[..] {
+        [] => String::new(),
+        [(scene, _)] => format!(" (none of {contacts} on {scene})"),
+        several => format!(" (none of {contacts} in {} scenes)", several.len()),
+    };
+    Some(format!("{rate} % in `{workload}`{aside}"))
 }
 
 /// A volume's ratio to the baseline in one scene.
 struct Timed<'a> {
     label: &'a str,
     ratio: f64,
-    interval: Option<(f64, f64)>,
+    /// Whether its ratio to the fastest volume does not show it slower: the interval holds 1, or there is none.
+    is_tied: bool,
     /// Why its time decides nothing: a single launch of programs, or too few clusters of poses.
     undecided: Option<&'static str>,
 }
@@ -360,10 +373,9 @@ fn fastest(contents: &Contents) -> Statement {
     }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for (scene, volumes) in &timed {
-        let leaders = match volumes.iter().find_map(|volume| volume.undecided) {
+        let leaders = match undecided_on(contents, scene, volumes) {
             Some(reason) => Err(reason),
-            None if is_noisy(contents, scene) => Err("noisy"),
-            None => Ok(leaders(volumes)),
+            None => Ok(volumes.iter().filter(|volume| volume.is_tied).map(|volume| volume.label).collect()),
         };
         let workload = ranked_by(&contents.ratios, scene).unwrap_or_default();
         match groups.iter_mut().find(|known| known.leaders == leaders && known.workload == workload) {
@@ -392,10 +404,14 @@ fn untimed(contents: &Contents) -> String {
         let of_workload = |row: &&SummaryRow| row.scene == scene && row.workload == workload && row.stratum == ALL;
         contents.summary.iter().filter(of_workload).map(|row| row.poses).max().unwrap_or_default()
     };
+    let mut is_sampled = false;
     let each = contents.misses.poses().into_iter().filter_map(|((scene, workload), poses)| {
         let count = match timed(scene, workload) {
             0 => "none".to_owned(),
-            timed if workload == RECORDED && timed < poses => timed.to_string(),
+            timed if workload == RECORDED && timed < poses => {
+                is_sampled = true;
+                timed.to_string()
+            }
             _ => return None,
         };
         Some(format!("{count} of the {poses} poses in `{workload}` of {scene}"))
@@ -404,30 +420,62 @@ fn untimed(contents: &Contents) -> String {
     if each.is_empty() {
         return String::new();
     }
-    format!(
-        " Timed were {}: in chunks of one stratum; the strata of a recording count by their shares of it.",
-        listed(&each)
-    )
+    let how =
+        if is_sampled { ", those of a recording chosen by stratum and weighted by each stratum's share" } else { "" };
+    format!(" {} were timed{how}.", capital(&listed(&each)))
 }
 
 /// The safe volumes with a time in a scene, under their default policies, fastest first.
 fn timed_on<'a>(contents: &'a Contents, baseline: &str, scene: &str) -> Vec<Timed<'a>> {
-    let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume);
-    let timed = volumes.filter_map(|entry| {
-        if entry.variant == *baseline {
-            let interval = Some((1.0, 1.0));
-            return Some(Timed { label: &entry.label, ratio: 1.0, interval, undecided: None });
+    let Contents { ranking, ratios, manifest, .. } = contents;
+    let cases = Cases::new(manifest);
+    let volumes = ranked_in(scene, ranking, ratios, &cases, baseline);
+    let Some(fastest) = volumes.first().map(|(entry, _)| &entry.variant) else { return Vec::new() };
+    let timed = volumes.iter().map(|(entry, row)| {
+        let direct = ranking_ratio(ratios, &cases, scene, &entry.variant, fastest).and_then(RatioRow::interval);
+        Timed {
+            label: &entry.label,
+            ratio: row.map_or(1.0, |row| row.ratio),
+            is_tied: entry.variant == *fastest || direct.is_none_or(|(low, _)| low <= 1.0),
+            undecided: row.and_then(undecided),
         }
-        let rows = paired_by_default(contents, &entry.variant, baseline);
-        let row = rows.into_iter().find(|row| row.scene == scene)?;
-        let is_program = row.metric == PROGRAM_TIME;
-        let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
-        let undecided = (row.clusters < fewest).then_some(reason);
-        Some(Timed { label: &entry.label, ratio: row.ratio, interval: row.interval(), undecided })
     });
-    let mut timed: Vec<Timed> = timed.collect();
-    timed.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    timed
+    timed.collect()
+}
+
+/// Why a ratio decides nothing, however clear it looks.
+fn undecided(row: &RatioRow) -> Option<&'static str> {
+    let is_program = row.metric == PROGRAM_TIME;
+    let (fewest, reason) = if is_program { (2, "one launch") } else { (CLUSTERS_MIN as u64, "too few poses") };
+    (row.clusters < fewest).then_some(reason)
+}
+
+/// Why nothing is decided about speed in a scene.
+fn undecided_on(contents: &Contents, scene: &str, volumes: &[Timed<'_>]) -> Option<&'static str> {
+    let reason = volumes.iter().find_map(|volume| volume.undecided);
+    reason.or_else(|| is_noisy(contents, scene).then_some("noisy"))
+}
+
+/// The scenes of the ranking in which nothing is decided about speed, each with the reason.
+pub(super) fn undecided_scenes<'a>(contents: &'a Contents, baseline: &str) -> Vec<(&'a str, &'static str)> {
+    let scenes = contents.manifest.scenes.iter().map(|scene| scene.name.as_str());
+    let each = scenes.filter_map(|scene| {
+        let volumes = timed_on(contents, baseline, scene);
+        Some((scene, undecided_on(contents, scene, &volumes)?))
+    });
+    each.collect()
+}
+
+/// The places of the ranking: `1`, or `(1)` when speed is decided in no scene; `-` for a method that is not a volume on the common tree.
+pub fn places(contents: &Contents) -> Vec<String> {
+    let baseline = contents.claims.comparison.baselines.first().map_or("", String::as_str);
+    let is_decided = undecided_scenes(contents, baseline).len() < contents.manifest.scenes.len();
+    let place = |(place, entry): (usize, &Ranked)| match entry.kind {
+        Kind::Volume if is_decided => place.to_string(),
+        Kind::Volume => format!("({place})"),
+        _ => "-".to_owned(),
+    };
+    (1..).zip(&contents.ranking).map(place).collect()
 }
 
 /// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
@@ -440,16 +488,6 @@ fn is_noisy(contents: &Contents, scene: &str) -> bool {
             && workload.is_some_and(|workload| row.workload == workload)
     };
     contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
-}
-
-/// The fastest volume, and the volumes that intervals do not distinguish from it; without an interval nothing is told apart.
-fn leaders<'a>(volumes: &[Timed<'a>]) -> Vec<&'a str> {
-    let Some(first) = volumes.first() else { return Vec::new() };
-    let tied = |volume: &&Timed| match (first.interval, volume.interval) {
-        (Some((_, high)), Some((low, _))) => low <= high,
-        _ => true,
-    };
-    volumes.iter().filter(tied).map(|volume| volume.label).collect()
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads

@@ -43,13 +43,16 @@ fn heading(manifest: &Manifest, cells: &[AuditCellRow]) -> String {
     let count = manifest.request.policies.len();
     let timed = cells.iter().any(|cell| cell.time_ratio.is_some());
     let times = if timed {
-        format!("Times were taken on {} ({}).", manifest.machine.cpu, manifest.machine.os)
+        format!(
+            "Times were taken on {} ({}). Every ratio of times is against one reference cell, measured in the same minute.",
+            manifest.machine.cpu, manifest.machine.os
+        )
     } else {
         "Nothing was timed.".to_owned()
     };
     format!(
         "# Audit: what makes a box good\n\n{count} cells (orientation × centre × split × leaf) on {}, profile `{}`, seed {}. Counts are \
-         the same on every machine. {times} Every ratio of times is against one reference cell, measured in the same minute.\n\n",
+         the same on every machine. {times}\n\n",
         scenes.join(", "),
         manifest.request.profile,
         manifest.request.seed
@@ -135,6 +138,12 @@ fn containment(cells: &[AuditCellRow]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_audit_by_counts_alone_speaks_of_no_ratio_of_times() {
+        let text = heading(&Manifest::default(), &[]);
+        assert!(text.ends_with("the same on every machine. Nothing was timed.\n\n"), "{text}");
+    }
 
     #[test]
     fn a_share_without_interval_stands_alone() {

@@ -1,13 +1,14 @@
 //! The report as Markdown, section by section.
 
 use super::Contents;
-use super::answer::{answer, is_default, paired_by_default, quantity, ratio};
+use super::answer::{answer, is_default, paired_by_default, places, quantity, ratio, undecided_scenes};
 use super::programs;
 use super::sentences::{Group, blocks, sentences, verdicts_in_words, words};
-use super::tables::{Table, interval, number};
+use super::tables::{Table, bound, interval, number};
 use crate::analysis::ALL;
 use crate::analysis::claims::{Claim, ClaimSet, DEFAULT_TEXT, Direction, Expectation, TestKind};
 use crate::analysis::judge::{SAME, refuted_from};
+use crate::analysis::words::listed;
 use crate::record::command::{has_option, quoted};
 use crate::record::{Kind, Manifest, NULL_VARIANT};
 use std::collections::BTreeMap;
@@ -219,9 +220,11 @@ fn ranking(contents: &Contents) -> String {
         .chain([">missed".to_owned()])
         .collect();
     let (mut volumes, mut others) = (Table::new(&headings), Table::new(&headings));
-    for (place, entry) in (1..).zip(&contents.ranking) {
+    let mut has_intervals = true;
+    for (place, entry) in places(contents).into_iter().zip(&contents.ranking) {
         let is_volume = entry.kind == Kind::Volume;
         let rows = paired_by_default(contents, &entry.variant, baseline);
+        has_intervals &= rows.iter().all(|row| row.interval().is_some());
         let per_scene = scenes.iter().map(|scene| {
             let wanted = rows.iter().find(|r| r.scene == *scene);
             wanted.map_or_else(|| "-".to_owned(), |row| ratio(row))
@@ -231,9 +234,7 @@ fn ranking(contents: &Contents) -> String {
         });
         let missed = tallies.map(|(.., tally)| tally.missed_in_all).reduce(|sum, missed| sum + missed);
         let missed = missed.map_or_else(|| "not verified".to_owned(), |missed| missed.to_string());
-        let cells =
-            [if is_volume { place.to_string() } else { "-".to_owned() }, entry.label.clone(), number(entry.ratio)];
-        let cells = cells.into_iter().chain(per_scene).chain([missed]);
+        let cells = [place, entry.label.clone(), number(entry.ratio)].into_iter().chain(per_scene).chain([missed]);
         if is_volume { volumes.row(cells) } else { others.row(cells) }
     }
     if contents.ranking.is_empty() {
@@ -244,16 +245,30 @@ fn ranking(contents: &Contents) -> String {
     }
     format!(
         "## Ranking by speed\n\nSafe bounding volumes under their default tree policies, by {} relative to {}: geometric \
-         mean over the scenes as a summary, and the 95 % interval in each scene. The order holds for these \
-         scenes, this machine and these trees; neighbours whose intervals overlap are not told apart. Unsafe volumes are left \
+         mean over the scenes as a summary, and the ratio in each scene with its 95 % interval{}. The order holds for these \
+         scenes, this machine and these trees. Intervals that overlap do not make two volumes equal: the answer above names the \
+         volumes that their direct ratio to the fastest one (`ratios.csv`) does not show slower.{} Unsafe volumes are left \
          out whatever their speed, because a method can look fast by missing collisions.\n\n{}\
          Not volumes on the common tree, and so not ranked: our engines, whose trees, vector arithmetic and threads are their own; controls; \
          methods by samples; other libraries' whole systems with trees and triangle tests of their own.\n\n{}",
         quantity(contents, "the time of whole programs"),
         contents.label(baseline),
+        if has_intervals { "" } else { ", where it has one: a single launch of programs shows no spread" },
+        undecided(contents, baseline),
         volumes.finish(),
         others.finish()
     )
+}
+
+/// A sentence on the scenes in which the order of the ranking shows nothing; empty without such.
+fn undecided(contents: &Contents, baseline: &str) -> String {
+    let scenes = undecided_scenes(contents, baseline);
+    if scenes.is_empty() {
+        return String::new();
+    }
+    let marked = if scenes.len() == contents.manifest.scenes.len() { ", so that places are in brackets" } else { "" };
+    let each: Vec<String> = scenes.iter().map(|(scene, reason)| format!("{scene} ({reason})")).collect();
+    format!(" Speed is undecided on {}: the order shows nothing there{marked}.", listed(&each))
 }
 
 fn misses(contents: &Contents) -> String {
@@ -276,7 +291,7 @@ fn misses(contents: &Contents) -> String {
         let (low, high) = tally.interval();
         let rate = match (tally.missed(), tally.contacts()) {
             (_, 0) => "-".to_owned(),
-            (0, _) => format!("at most {}", number(high)),
+            (0, _) => format!("at most {}", bound(high)),
             (missed, n) => interval(Some(missed as f64 / n as f64), Some(low), Some(high)),
         };
         table.row([

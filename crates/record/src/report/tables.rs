@@ -47,6 +47,22 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// An upper bound, a positive number in the digits of [`number`], rounded upwards: a bound must not be told as less than it is.
+pub fn bound(value: f64) -> String {
+    let shown = number(value);
+    if !shown.parse().is_ok_and(|near: f64| near < value) {
+        return shown;
+    }
+    let unit = match value {
+        x if x >= 100.0 => 1.0,
+        x if x >= 10.0 => 0.1,
+        x if x >= 0.1 => 1e-3,
+        x if x >= 1e-3 => 1e-4,
+        x => 10_f64.powf(x.log10().floor() - 1.0),
+    };
+    number(value + 0.5 * unit)
+}
+
 /// A value with its interval, as far as they are given and are numbers.
 pub fn interval(value: Option<f64>, low: Option<f64>, high: Option<f64>) -> String {
     let known = |end: Option<f64>| end.filter(|end| end.is_finite());
@@ -68,6 +84,13 @@ mod tests {
         assert_eq!(interval(Some(0.8), Some(0.75), Some(0.85)), "0.800 [0.750, 0.850]");
         assert_eq!(interval(None, None, None), "");
         assert_eq!(interval(Some(0.8), Some(f64::NAN), Some(f64::NAN)), "0.800");
+    }
+
+    #[test]
+    fn bounds_are_rounded_upwards() {
+        let values = [1234.5, 12.31, 0.3, 0.2143, 0.100_01, 0.012_31, 1.84e-4, 9.91e-5, 2e-4, 1.0, f64::NAN];
+        let shown = ["1235", "12.4", "0.300", "0.215", "0.101", "0.0124", "1.9e-4", "1.0e-4", "2.0e-4", "1.000", "-"];
+        assert_eq!(values.map(bound), shown);
     }
 
     #[test]

@@ -1,10 +1,9 @@
 //! The data that the command line prints at the end of a run.
 
 use super::Contents;
-use super::answer::paired_by_default;
+use super::answer::{paired_by_default, places};
 use super::sentences::{Group, sentences};
 use super::tables::{interval, number};
-use crate::record::Kind;
 
 /// One sentence of the paper that was judged.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,7 +42,7 @@ pub fn sentence_rows(contents: &Contents) -> (Vec<SentenceRow>, usize) {
 /// One place of the ranking.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RankedRow {
-    /// Place in the ranking; `-` for a method that is not a volume on the common tree.
+    /// Place in the ranking, in brackets when speed is decided in no scene; `-` for a method that is not a volume on the common tree.
     pub place: String,
     /// The variant's label.
     pub label: String,
@@ -56,19 +55,14 @@ pub struct RankedRow {
 /// The ranking with the ratio in each scene.
 pub fn ranked_rows(contents: &Contents) -> Vec<RankedRow> {
     let Some(baseline) = contents.claims.comparison.baselines.first() else { return Vec::new() };
-    let row = |(place, entry): (usize, &crate::analysis::Ranked)| {
+    let row = |(place, entry): (String, &crate::analysis::Ranked)| {
         let rows = paired_by_default(contents, &entry.variant, baseline);
         let scenes = contents.manifest.scenes.iter().map(|scene| {
             let row = rows.iter().find(|row| row.scene == scene.name);
             let own = if entry.variant == *baseline { "1" } else { "-" };
             row.map_or_else(|| own.to_owned(), |row| number(row.ratio))
         });
-        RankedRow {
-            place: if entry.kind == Kind::Volume { place.to_string() } else { "-".to_owned() },
-            label: entry.label.clone(),
-            mean: number(entry.ratio),
-            scenes: scenes.collect(),
-        }
+        RankedRow { place, label: entry.label.clone(), mean: number(entry.ratio), scenes: scenes.collect() }
     };
-    (1..).zip(&contents.ranking).map(row).collect()
+    places(contents).into_iter().zip(&contents.ranking).map(row).collect()
 }

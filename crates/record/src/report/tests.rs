@@ -75,6 +75,13 @@ fn a_run_of_one_launch_speaks_of_no_intervals() {
     };
     assert!(!answer(1).contains("interval"), "{}", answer(1));
     assert!(answer(3).ends_with("(95 % intervals)."), "{}", answer(3));
+    let (_folder, text) = report_of(&Run::generate(&Plan { launches: 1, ..Plan::default() }));
+    assert!(text.contains("95 % interval, where it has one: a single launch of programs shows no spread. The order"));
+    let [a, b] = SCENES;
+    assert!(text.contains(&format!(
+        " Speed is undecided on {a} (one launch) and {b} (one launch): the order shows nothing there, so that places are in brackets."
+    )));
+    assert!(text.contains("\n| (1) | area-weighted OBB |") && !text.contains("\n| 1 |"), "{text}");
 }
 
 /// The spread of a single cluster is unknown, here of control poses on one line.

@@ -52,7 +52,7 @@ pub(super) struct Search<'a> {
     pub only_whether: bool,
     /// Whether cells stay undivided where what cuts leave of them bounds the depth: finer ones bound it less closely.
     pub keeps_cuts: bool,
-    /// Questions after which what is undecided counts as contact. For a mesh that does not turn the limit is [`TOO_LONG`] at most, or [`SHORT`] after [`PATIENCE`].
+    /// After this many questions, what is undecided counts as contact. For a mesh that does not turn the limit is [`TOO_LONG`] at most, or [`SHORT`] after [`PATIENCE`].
     pub most: u64,
     pub uncut: &'a Blank,
 }

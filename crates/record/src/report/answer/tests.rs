@@ -150,6 +150,35 @@ fn each_scene_is_ranked_by_its_own_workload() {
     );
 }
 
+/// Verified poses of which none or a part is timed are told, with how those of a recording were chosen.
+#[test]
+fn untimed_poses_are_told() {
+    let mut run = Run::generate(&Plan::default());
+    let of_approach = run.verification.iter().filter(|row| row.workload == "approach" && row.scene == SCENES[0]);
+    let extra: Vec<VerificationRow> =
+        of_approach.map(|row| VerificationRow { workload: "random".to_owned(), ..row.clone() }).collect();
+    run.verification.extend(extra);
+    let (_folder, mut contents) = of(&run, &ClaimSet::standard());
+    let poses = contents.misses.poses()[&(SCENES[0], "random")];
+    let none = format!(" None of the {poses} poses in `random` of {} were timed", SCENES[0]);
+    assert_eq!(untimed(&contents), format!("{none}."));
+    contents.summary.push(SummaryRow {
+        scene: SCENES[0].to_owned(),
+        workload: RECORDED.to_owned(),
+        stratum: ALL.to_owned(),
+        poses: 70,
+        ..contents.summary[0].clone()
+    });
+    run.verification
+        .iter_mut()
+        .filter(|row| row.workload == "random")
+        .for_each(|row| RECORDED.clone_into(&mut row.workload));
+    let (_folder, recorded) = of(&run, &ClaimSet::standard());
+    contents.misses = recorded.misses;
+    let how = ", those of a recording chosen by stratum and weighted by each stratum's share.";
+    assert_eq!(untimed(&contents), format!(" 70 of the {poses} poses in `recorded` of {} were timed{how}", SCENES[0]));
+}
+
 /// Query times of fewer than four clusters of poses decide nothing, however clear their ratio looks.
 #[test]
 fn too_few_poses_leave_the_fastest_undecided() {
@@ -202,6 +231,18 @@ fn rates_are_told_by_workload() {
     ]);
     assert_eq!(rates(&of).unwrap(), "misses 5.0 to 20 % in `approach` and none of 21 in `program`");
     assert_eq!(rates(&Tallies::new()), None);
+    // Where none was missed no rate is told, least of all one of zero.
+    let rare = tally(&[(1, 5000)]);
+    for (scenes, expected) in [
+        (vec![("a", &none), ("b", &few)], "misses 20 % in `program` (none of 21 on a)"),
+        (
+            vec![("a", &none), ("b", &few), ("c", &none), ("d", &many)],
+            "misses 5.0 to 20 % in `program` (none of 42 in 2 scenes)",
+        ),
+        (vec![("a", &rare), ("b", &few)], "misses 0.0200 to 20 % in `program`"),
+    ] {
+        assert_eq!(rates(&Tallies::from([("program", scenes)])).unwrap(), expected);
+    }
     let (_folder, contents) = contents();
     let (even, uneven) = (tally(&[(0, 1); 1000]), tally(&[vec![(0, 1); 10], vec![(0, 90)]].concat()));
     let safe = Tallies::from([("approach", vec![("a", &even)]), ("random", vec![("a", &uneven), ("b", &empty)])]);
@@ -282,13 +323,41 @@ fn without_claims_there_are_two_questions() {
     assert_eq!(questions, ["Which contacts are missed?", "Which safe volume is fastest?"]);
 }
 
-/// Sets every ratio to the baseline of one variant in a scene.
-fn place(contents: &mut Contents, variant: &str, scene: &str, (ratio, low, high): (f64, f64, f64)) {
-    let baseline = contents.claims.comparison.baselines[0].clone();
-    let rows = contents.ratios.iter_mut().filter(|row| row.metric == PROGRAM_TIME && row.stratum == ALL);
-    for row in rows.filter(|row| row.scene == scene && row.variant == variant && row.baseline == baseline) {
+/// Sets the ratio of two variants in a scene, or adds it.
+fn place(contents: &mut Contents, [variant, baseline]: [&str; 2], scene: &str, (ratio, low, high): (f64, f64, f64)) {
+    let cases = Cases::new(&contents.manifest);
+    let is_it = |row: &RatioRow| {
+        (&*row.scene, &*row.metric, &*row.stratum) == (scene, PROGRAM_TIME, ALL)
+            && (&*row.variant, &*row.baseline) == (variant, baseline)
+            && cases.is_default(variant, &row.policy)
+    };
+    let entry = |id: &str| contents.manifest.variants.iter().find(|entry| entry.id == id).unwrap().policies[0].clone();
+    let (policy, baseline_policy) = (entry(variant), entry(baseline));
+    if !contents.ratios.iter().any(is_it) {
+        let like = contents.ratios.iter().find(|row| row.metric == PROGRAM_TIME && row.stratum == ALL).unwrap().clone();
+        let [scene, variant, baseline] = [scene, variant, baseline].map(str::to_owned);
+        contents.ratios.push(RatioRow { scene, variant, policy, baseline, baseline_policy, ..like });
+    }
+    for row in contents.ratios.iter_mut().filter(|row| is_it(row)) {
         (row.ratio, row.low, row.high) = (ratio, low, high);
     }
+}
+
+/// A volume is told apart from the fastest one by their direct ratio, whatever the spread of the baseline.
+#[test]
+fn a_volatile_baseline_ties_nothing_but_itself() {
+    let mut run = Run::generate(&Plan::default());
+    for row in run.timings.iter_mut().filter(|row| row.case.starts_with("obb-vertex@")) {
+        row.ns = row.ns * [10, 13, 8][row.launch as usize] / 10;
+    }
+    let (_folder, contents) = of(&run, &ClaimSet::none("my machine", "obb-vertex"));
+    let [a, b] = SCENES;
+    let cases = Cases::new(&contents.manifest);
+    let [area, aabb] =
+        ["obb-area", "aabb"].map(|id| ranking_ratio(&contents.ratios, &cases, a, id, "obb-vertex").unwrap());
+    assert!(area.high > aabb.low, "{area:?} {aabb:?}");
+    let expected = format!("The area-weighted OBB and the plain OBB, not told apart, on {a} and {b}.");
+    assert_eq!(answer(&contents)[1].answer, expected);
 }
 
 #[test]
@@ -298,22 +367,30 @@ fn the_fastest_differs_by_scene_ties_and_noise() {
     // Planted: the area-weighted box takes 0.8 everywhere.
     assert_eq!(answer(&contents)[2].answer, format!("The area-weighted OBB on {a} and {b}."));
     let subject = proposed(&contents.claims).unwrap().subject.variant.clone();
-    place(&mut contents, &subject, b, (0.8, 0.79, 0.81));
-    place(&mut contents, "aabb", a, (0.1, 0.09, 0.11));
-    place(&mut contents, "aabb", b, (200.0, 190.0, 210.0));
+    let [plain, area] = ["obb-vertex", "obb-area"];
+    assert_eq!(subject, area);
+    place(&mut contents, [area, plain], b, (0.8, 0.79, 0.81));
+    place(&mut contents, ["aabb", plain], a, (0.1, 0.09, 0.11));
+    place(&mut contents, ["aabb", plain], b, (200.0, 190.0, 210.0));
+    place(&mut contents, ["aabb", area], b, (250.0, 240.0, 260.0));
+    let volumes = contents.ranking.iter().filter(|entry| entry.kind == Kind::Volume && entry.variant != "aabb");
+    let volumes: Vec<String> = volumes.map(|entry| entry.variant.clone()).collect();
+    volumes.iter().for_each(|id| place(&mut contents, [id, "aabb"], a, (9.0, 8.0, 10.0)));
     let text = &answer(&contents)[2].answer;
     let expected = format!(
         "The AABB on {a}; the area-weighted OBB on {b}. None is fastest everywhere: on {b} the AABB takes 250 times the time of the fastest."
     );
     assert_eq!(*text, expected);
-    place(&mut contents, "aabb", b, (0.81, 0.78, 0.84));
+    place(&mut contents, ["aabb", plain], b, (0.81, 0.80, 0.82));
+    place(&mut contents, ["aabb", area], b, (1.01, 0.98, 1.04));
     assert!(
         answer(&contents)[2].answer.contains("not told apart, on lathe-tailstock"),
         "{}",
         answer(&contents)[2].answer
     );
     // Where the null duplicate is noisy nothing is decided, by whatever factor one leads.
-    place(&mut contents, "aabb", b, (0.32, 0.31, 0.33));
+    place(&mut contents, ["aabb", plain], b, (0.32, 0.31, 0.33));
+    volumes.iter().for_each(|id| place(&mut contents, [id, "aabb"], b, (9.0, 8.0, 10.0)));
     assert!(answer(&contents)[2].answer.starts_with("The AABB on lathe-toolpost and lathe-tailstock"));
     let nulls = contents.ratios.iter_mut().filter(|row| row.variant == NULL_VARIANT && row.scene == b);
     nulls.for_each(|row| (row.ratio, row.low, row.high, row.noisy) = (1.2, 0.9, 1.7, 1));

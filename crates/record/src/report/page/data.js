@@ -22,6 +22,7 @@
  * @property {Record<string, Look>} looks
  * @property {Reading[]} readings
  * @property {Ranked[]} ranking
+ * @property {string[]} places the places of the ranking, in brackets when speed is decided in no scene
  * @property {Record<string, string>} ranked_by the workload by which each scene is ranked
  * @property {string} quantity what the ranking compares, in words
  * @property {string[]} noise

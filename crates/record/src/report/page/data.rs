@@ -10,6 +10,7 @@ use crate::record::{
     NULL_VARIANT, PeerRatioRow, PeerRow, REPAY, RatioRow, RecordError, Row, Stratum, SummaryRow, SweepSummaryRow,
     Table, TightnessRow, TreeRow, VerificationRow, has_rows,
 };
+use crate::report::answer::places;
 use crate::report::programs::{self, ProgramTotals};
 use crate::report::sentences::{Group, blocks, sentences, words};
 use crate::report::{Contents, Statement, answer, quantity};
@@ -39,6 +40,8 @@ pub(super) struct PageData<'a> {
     blocks: Vec<(Vec<&'a str>, Vec<&'a str>)>,
     looks: BTreeMap<String, LookEntry>,
     ranking: &'a [Ranked],
+    /// The places of the ranking as text.
+    places: Vec<String>,
     /// The workload by which each scene is ranked.
     ranked_by: BTreeMap<&'a str, &'a str>,
     /// The quantity of the ranking, in words.
@@ -151,6 +154,7 @@ impl<'a> PageData<'a> {
             looks: looks.collect(),
             readings: contents.claims.readings.iter().map(reading).collect(),
             ranking: &contents.ranking,
+            places: places(contents),
             ranked_by: contents.manifest.scenes.iter().filter_map(workload).collect(),
             quantity: quantity(contents, "program time"),
             noise: &contents.noise,

@@ -140,7 +140,7 @@ function drawRanking() {
     return el(
       "tr",
       { class: others ? "others" : "" },
-      el("td", { class: "right" }, entry.kind === "volume" ? String(i + 1) : "–"),
+      el("td", { class: "right" }, entry.kind === "volume" ? data.places[i] : "–"),
       el("th", { scope: "row" }, sample(entry.variant), entry.label, entry.kind === "volume" ? null : el("small", {}, ` ${entry.kind}`)),
       ...cells,
     );
