@@ -600,9 +600,10 @@ impl Slab {
         }
     }
 
-    /// Whether it is solid, and fills a radius for sure.
-    fn reaches(&self, radius: f64) -> bool {
-        self.bore.is_none() && self.inner.iter().all(|&inner| inner >= radius)
+    /// Whether it is solid, and fills a radius, for sure to within a slack.
+    fn reaches(&self, radius: f64, slack_mm: f64) -> bool {
+        let fills = |[inner, outer]: [f64; 2]| outer >= radius && inner >= radius - slack_mm;
+        self.bore.is_none() && (0..2).all(|k| fills([self.inner[k], self.outer[k]]))
     }
 }
 
@@ -737,9 +738,11 @@ fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
     let hull = outline(run);
     let [bottom, top] = [hull[0][0], hull[hull.len() - 1][0]];
     let lines: Vec<HalfPlane> = hull.windows(2).filter_map(|pair| HalfPlane::below_line(pair[0], pair[1])).collect();
+    let radius_at = |z: f64| lines.iter().map(|line| (line.c - line.b * z) / line.a).fold(f64::INFINITY, f64::min);
+    let slack_mm = run.iter().map(|slab| slab.missing(&radius_at)).fold(0.0, f64::max);
     // Outwards the radius goes on as it does, but never grows.
-    let below = slabs[..first].iter().rev().take_while(|slab| slab.reaches(bottom)).last();
-    let above = slabs[last + 1..].iter().take_while(|slab| slab.reaches(top)).last();
+    let below = slabs[..first].iter().rev().take_while(|slab| slab.reaches(bottom, slack_mm)).last();
+    let above = slabs[last + 1..].iter().take_while(|slab| slab.reaches(top, slack_mm)).last();
     let low = below.map_or(run[0].z[0], |slab| slab.z[0]);
     let high = above.map_or(run[run.len() - 1].z[1], |slab| slab.z[1]);
     let mut planes = vec![HalfPlane { a: 0.0, b: -1.0, c: -low }, HalfPlane { a: 0.0, b: 1.0, c: high }];
@@ -756,9 +759,6 @@ fn piece(slabs: &[Slab], first: usize, last: usize) -> Piece {
             planes.push(line);
         }
     }
-    let radius_at =
-        |z: f64| planes[2..].iter().map(|line| (line.c - line.b * z) / line.a).fold(f64::INFINITY, f64::min);
-    let slack_mm = run.iter().map(|slab| slab.missing(&radius_at)).fold(0.0, f64::max);
     let radius = run.iter().flat_map(|slab| slab.outer).fold(0.0, f64::max);
     Piece { convex: Convex { planes }, bore: None, slack_mm, radius, span: [low, high] }
 }
@@ -877,6 +877,28 @@ mod tests {
                 let found = -excess(&round, rho, z);
                 assert!((found - depth).abs() < 0.04, "{name}: {found}, not {depth}, {angle}");
             }
+        }
+    }
+
+    #[test]
+    fn pieces_of_a_hollow_outline_reach_into_one_another_whatever_heights_the_vertices_lie_at() {
+        // A rod of 3 mm with a fillet of 3 mm to a head of 6 mm.
+        let fillet = (0..=12).map(|k| (f64::from(k) / 24.0 * std::f64::consts::PI).sin_cos());
+        let fillet: Vec<[f64; 2]> = fillet.map(|(sin, cos)| [6.0 - 3.0 * cos, 10.0 + 3.0 * sin]).collect();
+        let regular = revolve(&[&[[0.0, 0.0], [3.0, 0.0]][..], &fillet, &[[6.0, 30.0], [0.0, 30.0]]].concat());
+        let moved = |(k, p): (usize, &Point)| {
+            let angle = (p.z - 10.0) / 3.0;
+            let is_moved = angle > 0.01 && angle < 0.99;
+            let (sin, cos) = (angle.asin() + 0.03 * (7.0 * k as f64).sin()).sin_cos();
+            let scale = (6.0 - 3.0 * cos) / p.x.hypot(p.y);
+            if is_moved { Point::new(p.x * scale, p.y * scale, 10.0 + 3.0 * sin) } else { *p }
+        };
+        let vertices = regular.vertices().iter().enumerate().map(moved).collect();
+        let staggered = Arc::new(Mesh::new(vertices, regular.faces().to_vec()).unwrap());
+        let round = Round::about(&staggered, Isometry::identity(), 0.0);
+        for (rho, z, depth) in [(0.0, 11.5, 3.18), (2.0, 11.0, 1.12), (3.0, 12.0, 0.6), (0.0, 2.0, 2.0)] {
+            let found = -excess(&round, rho, z);
+            assert!(found > 0.8 * depth && found < depth + 0.05, "{found}, not {depth}, at {rho} {z}");
         }
     }
 
