@@ -10,7 +10,6 @@ use super::spun::Spun;
 use super::turning::{Needs, Turning, WorkAxis, feeds_of};
 use super::{CheckError, Cutting, Settings};
 use crate::geometry::{Mesh, Point};
-use crate::machine::Machine;
 use crate::scene::{Pair, Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
@@ -501,11 +500,6 @@ impl<'a> Examined<'a, '_> {
 }
 
 impl Other {
-    /// Sum of the turns that matter while axes change, radians.
-    fn turn(&self, machine: &Machine, change: &Position) -> f64 {
-        self.way().turn(machine, change)
-    }
-
     /// The joints that move it against the stock, or against the workpiece's axis.
     fn way(&self) -> &Chain {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
@@ -642,11 +636,9 @@ impl<'a> Route<'a> {
             Position(std::array::from_fn(|i| to.0[i] - from.0[i]))
         };
         let (first, parts, is_probing) = (way(at), touching(at), self.path.is_probing(at as f64));
-        let turns = self.others.iter().any(|other| other.turn(&self.scene.machine, &first) > 0.0);
         let stands = parts.iter().any(|&other| !self.others[other].body.is_round());
         let mut last = at;
         while last < end
-            && !turns
             && !stands
             && samples[last].move_index == samples[at - 1].move_index
             && self.path.is_probing(last as f64 + 1.0) == is_probing

@@ -235,6 +235,10 @@ fn contact_that_gets_deeper_is_told_where_it_is_deepest() {
     let [event] = &told.events[..] else { panic!("{:?}", told.events) };
     assert_eq!((event.kind, event.first.line, event.nearest.line), (Kind::RapidIntoWorkpiece, 3, 4));
     assert!((event.least_mm + 3.0).abs() < 0.2, "{event:?}");
+    // What is within the resolution is told once, with the number of its moves.
+    let told = checked(&scene(&with_cutter(), "G0 X50\nG0 Z19.95\nG0 X5\nG0 X-5\nG0 X5\nG0 Z60\nM2"), &with_zones(&[]));
+    let [touch] = &told.touches[..] else { panic!("{:?}", told.touches) };
+    assert_eq!((touch.line, touch.moves, told.events.len()), (3, 4, 0));
 }
 
 #[test]
@@ -602,6 +606,7 @@ fn a_tool_beside_the_axis_is_as_deep_as_its_section_up_to_what_is_not_known() {
         assert!((1.75 - pad..=2.0 - pad + 1e-5).contains(&low), "{x} {y:?}: {low}");
         assert!((2.0 + pad - 1e-5..=2.25 + pad).contains(&high), "{x} {y:?}: {high}");
     }
+    assert!((turning_of(&plain).0.deepest_mm(0.1) - 2.0).abs() < 0.05, "{}", turning_of(&plain).0.deepest_mm(0.1));
     // In the middle of this way the insert is beside the plane: nothing is certain.
     let (low, high) = depth_of(&plain, 12.0, [0.9, 1.3], [0.0, 0.0], 0.0);
     assert!(low == 0.0 && high > 0.1, "{low} {high}");

@@ -62,7 +62,7 @@ impl Chain {
     }
 
     /// Sum of the turns while axes change by `change`, radians.
-    pub fn turn(&self, machine: &Machine, change: &Position) -> f64 {
+    fn turn(&self, machine: &Machine, change: &Position) -> f64 {
         let joints = self.links.iter().filter_map(|&link| machine.links()[link].joint.as_ref());
         joints.filter(|joint| joint.turns()).map(|joint| joint.value(change).abs()).sum()
     }

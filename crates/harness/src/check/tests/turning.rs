@@ -97,6 +97,19 @@ fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
 }
 
 #[test]
+fn a_driven_cutter_without_a_known_axis_cuts_nothing_for_sure_on_a_lathe() {
+    let bar = part("bar", "spindle", "workpiece", [0.0, 0.0, -10.0], &cylinder(60.0, 20.0));
+    let drill =
+        part("drill", "slide", "cutter", [10.0, 0.0, 30.0], &cylinder(2.0, 40.0)) + "tool = 2\nturns = \"own\"\n";
+    for turns in ["own", "spindle"] {
+        let fly = part("fly", "slide", "cutter", [0.0, 0.0, 80.0], FLY) + &format!("tool = 1\nturns = \"{turns}\"\n");
+        let program = "T1 M6\nM3 S1000\nG1 Z-72 F100\nG1 Z0\nT2 M6\nM3 S1000\nG0 Z-25\nG0 Z0\nM2";
+        let told = found(&[LATHE, &bar, &fly, &drill].concat(), program);
+        assert_eq!((kinds(&told), &told.as_drawn), (vec![(7, "unresolved")], &vec![1]), "{turns}");
+    }
+}
+
+#[test]
 fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
     let driven = |name: &str, role: &str, at: [f64; 3], shape: &str| {
         part(name, "head", role, at, shape) + "tool = 1\nturns = \"own\"\n"
@@ -112,6 +125,7 @@ fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
     };
     let program = "T1 M6\nM3 S1000\nG0 Z-60\nM2";
     assert_eq!(kinds(&found(&text(&cylinder(10.0, 30.0)), program)), []);
+    assert_eq!(kinds(&found(&text(&polygon(8, 10.0)), program)), []);
     // One that is not round turns about the cutter's, and not about that of another tool.
     assert_eq!(kinds(&found(&text(&cuboid([20.0, 6.0, 30.0])), program)), [(3, "unresolved")]);
 }
