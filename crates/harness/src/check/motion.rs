@@ -162,7 +162,7 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
     // Where the probe set out, and where it is or was at last.
     let mut way: Option<[Position; 2]> = None;
     let mut from = run.start;
-    let mut is_probing = |sample: &Sample| {
+    let is_probing = |sample: &Sample| {
         let (start, to) = (from, sample.position);
         from = to;
         let is_on_way = |place: &Position| way.is_some_and(|[first, last]| is_between(place, &first, &last));
@@ -178,7 +178,7 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
         way = way.filter(|_| is_back);
         is_back
     };
-    samples.iter().map(|sample| is_probing(sample)).collect()
+    samples.iter().map(is_probing).collect()
 }
 
 /// Whether a position is on the straight way between two, up to rounding.
