@@ -257,6 +257,25 @@ fn behind_the_first_cut_of_an_open_workpiece_nothing_is_certain() {
 }
 
 #[test]
+fn of_two_workpieces_the_one_that_is_cut_first_decides_on_their_contact() {
+    let with_role = |text: &str, name: &str| {
+        let name = format!("name = \"{name}\"\n");
+        text.replacen(&name, &format!("{name}role = \"workpiece\"\n"), 1)
+    };
+    // A mill of 15 mm whose lower end is 5 mm below the top of the lower workpiece, and which comes past the upper one.
+    let arm = "[[machine.links]]\nname = \"arm\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n";
+    let mill = "[[parts]]\nname = \"mill\"\nlink = \"arm\"\nrole = \"cutter\"\nat = { xyz_mm = [0, -40, 5] }\nshape = { kind = \"cylinder\", radius_mm = 15, height_mm = 30 }\n";
+    let text =
+        with_role(&with_role(CUBES, "fixed"), "moved").replacen("[program]", &format!("{arm}{mill}[program]"), 1);
+    // The upper one comes down to 1 mm above what is left.
+    for (cut, is_clear) in [("M3 S1000\nG1 Y100 F6000\n", true), ("M3 S1000\nG0 Z120\n", false)] {
+        let told = checked(&scene(&text, &format!("{cut}G0 Z16\nG0 Z60\nM2")), &with_zones(&[]));
+        assert_eq!(told.remaining.len(), 2);
+        assert_eq!(told.is_clear(), is_clear, "{cut}: {:?}", told.events);
+    }
+}
+
+#[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
     let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
     // More samples than are scanned before it is looked whether there is a collision among them.

@@ -460,12 +460,12 @@ fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
     Ok(answer::run(variant, *policy, *coherence, *mode, pair, out, *rounds, commands, replies)?)
 }
 
-/// Refuses to compare with engines of which neither the record in a folder nor `others` has one.
+/// Refuses to compare with engines of which neither the record in a folder nor `others` has one; without any engine there is more to say than that.
 fn ensure_there(folder: &Path, against: &[String], others: impl Iterator<Item = String>) -> Result<()> {
     let timings: Vec<PeerTimingRow> = read_rows_if_there(folder)?;
     let there: BTreeSet<String> = timings.into_iter().map(|row| row.engine).chain(others).collect();
     ensure!(
-        against.iter().any(|name| there.contains(name)),
+        there.is_empty() || against.iter().any(|name| there.contains(name)),
         "--against {}: no such engine takes part; there are {}",
         against.join(", "),
         there.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
