@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub(super) const SAME_HEIGHT_MM: f64 = 1e-7;
 /// Part of the greatest coordinate by which files may round the coordinates of vertices: seven digits, turned and added up.
 const ROUNDED: f64 = 1e-6;
-/// Most heights at which the profile may have a corner; of a mesh with more it has as many, where most vertices are.
+/// Heights at which the profile may have a corner, where a mesh has more: as many where most vertices are, and up to twice as many beside what is free of vertices.
 const MOST_HEIGHTS: usize = 1000;
 /// Slopes that differ by less than this are one; over 100 mm that is 1e-7 mm.
 const STRAIGHT: f64 = 1e-9;
@@ -508,8 +508,11 @@ fn heights(places: &[Point]) -> Vec<f64> {
     let (low, high) = (all[0], all[all.len() - 1]);
     all.dedup_by(|next, kept| *next - *kept <= SAME_HEIGHT_MM);
     if all.len() > MOST_HEIGHTS {
-        let last = all.len() - 1;
-        all = (0..MOST_HEIGHTS).map(|k| all[last * k / (MOST_HEIGHTS - 1)]).collect();
+        // Every so manyth, and both ends of what is free of vertices.
+        let (stride, wide) = (all.len().div_ceil(MOST_HEIGHTS), (high - low) / MOST_HEIGHTS as f64);
+        let is_wide = |from: usize| all.get(from + 1).is_none_or(|next| next - all[from] > wide);
+        let is_kept = |&k: &usize| k % stride == 0 || is_wide(k) || is_wide(k - 1);
+        all = (0..all.len()).filter(is_kept).map(|k| all[k]).collect();
     }
     // The ends may have been given up for a neighbour that is one with them.
     if let [first, .., last] = &mut all[..] {
@@ -691,14 +694,17 @@ fn pieces(slabs: &[Slab], rank: usize, is_stock: bool, same_mm: f64) -> Vec<Piec
 fn is_convex(run: &[Slab], [same_mm, most_mm]: [f64; 2]) -> bool {
     let hull = outline(run);
     let mut at = 0;
-    run.iter().flat_map(|slab| [0, 1].map(|k| (slab.z[k], slab.outer[k], slab.inner[k]))).all(|(z, outer, inner)| {
+    let ends = || run.iter().flat_map(|slab| [0, 1].map(|k| (slab.z[k], slab.outer[k], slab.inner[k])));
+    let unknown_mm = ends().map(|(_, outer, inner)| outer - inner).fold(0.0, f64::max);
+    let spare_mm = unknown_mm.min(most_mm).max(same_mm);
+    ends().all(|(z, outer, _)| {
         while at + 2 < hull.len() && hull[at + 1][1] < z {
             at += 1;
         }
         let [below, above] = [hull[at], hull[(at + 1).min(hull.len() - 1)]];
         let slope = (above[0] - below[0]) / (above[1] - below[1]).max(SAME_HEIGHT_MM);
         let out_mm = (below[0] + slope * (z - below[1]) - outer) / slope.hypot(1.0);
-        out_mm <= (outer - inner).min(most_mm).max(same_mm)
+        out_mm <= spare_mm
     })
 }
 
@@ -849,29 +855,36 @@ mod tests {
         }
     }
 
-    #[test]
-    fn a_point_is_as_deep_as_it_is_whatever_heights_the_vertices_lie_at() {
-        let ball = (0..=16).map(|k| (f64::from(k) / 32.0 * std::f64::consts::PI).sin_cos());
-        let profile: Vec<[f64; 2]> = ball.map(|(sin, cos)| [3.0 * sin, 3.0 - 3.0 * cos]).collect();
-        let regular = revolve(&[&profile[..], &[[3.0, 60.0], [0.0, 60.0]]].concat());
-        let of_vertices = |vertices: Vec<Point>| Arc::new(Mesh::new(vertices, regular.faces().to_vec()).unwrap());
-        // Written by single precision in a frame that leans, and with each vertex moved along the ball.
-        let lean = Isometry::new(Vector::new(120.0, -40.0, 80.0), Vector::new(0.3, 0.5, 0.1));
-        let written = |p: &Point| (lean * p).map(|x| f64::from(x as f32));
-        let moved = |(k, p): (usize, &Point)| {
-            let angle = (1.0 - p.z / 3.0).acos() + 0.04 * (7.0 * k as f64).sin();
+    /// A ball of 3 mm on a shank, of so many rings; each vertex between the first and the last is moved along the ball by a part of their distance.
+    fn ball(rings: u32, moved: f64) -> Arc<Mesh> {
+        let right = std::f64::consts::FRAC_PI_2;
+        let arc = (0..=rings).map(|k| (right * f64::from(k) / f64::from(rings)).sin_cos());
+        let arc: Vec<[f64; 2]> = arc.map(|(sin, cos)| [3.0 * sin, 3.0 - 3.0 * cos]).collect();
+        let regular = revolve(&[&arc[..], &[[3.0, 60.0], [0.0, 60.0]]].concat());
+        let along = |(k, p): (usize, &Point)| {
+            let angle = (1.0 - p.z / 3.0).acos() + moved * right / f64::from(rings) * (7.3 * k as f64).sin();
             let scale = 3.0 * angle.sin() / p.x.hypot(p.y);
-            let is_moved = p.z > 0.1 && p.z < 2.9;
+            let is_moved = p.z > 1e-9 && p.z < 2.9;
             if is_moved { Point::new(p.x * scale, p.y * scale, 3.0 - 3.0 * angle.cos()) } else { *p }
         };
-        let leaning = of_vertices(regular.vertices().iter().map(written).collect());
-        let staggered = of_vertices(regular.vertices().iter().enumerate().map(moved).collect());
+        let vertices = regular.vertices().iter().enumerate().map(along).collect();
+        Arc::new(Mesh::new(vertices, regular.faces().to_vec()).unwrap())
+    }
+
+    #[test]
+    fn a_point_is_as_deep_as_it_is_whatever_heights_the_vertices_lie_at() {
+        // Written in single precision in a frame that leans, staggered, and so finely that only some heights are taken.
+        let lean = Isometry::new(Vector::new(120.0, -40.0, 80.0), Vector::new(0.3, 0.5, 0.1));
+        let regular = ball(16, 0.0);
+        let written = regular.vertices().iter().map(|p| (lean * p).map(|x| f64::from(x as f32))).collect();
+        let leaning = Arc::new(Mesh::new(written, regular.faces().to_vec()).unwrap());
         for (name, mesh, frame) in [
-            ("regular", &regular, Isometry::identity()),
-            ("leaning", &leaning, lean.inverse()),
-            ("staggered", &staggered, Isometry::identity()),
+            ("regular", regular, Isometry::identity()),
+            ("leaning", leaning, lean.inverse()),
+            ("staggered", ball(16, 0.4), Isometry::identity()),
+            ("fine", ball(60, 0.4), Isometry::identity()),
         ] {
-            let round = Round::about(mesh, frame, 0.0);
+            let round = Round::about(&mesh, frame, 0.0);
             for (depth, angle) in (0..20).map(|k| (0.2 + 0.1 * f64::from(k), 0.4 * f64::from(k % 4))) {
                 let (rho, z) = ((3.0 - depth) * angle.sin(), 3.0 - (3.0 - depth) * angle.cos());
                 let found = -excess(&round, rho, z);
