@@ -19,6 +19,11 @@ def row_of(*words):
     return lambda cells: set(words) <= set(cells)
 
 
+def in_a_random_frame(cells):
+    """Finds a root of the weighted boxes in a frame turned at random, in which the claims on tightness are judged."""
+    return cells[2:8] == ["obb-area", "area-mean", "own", "1", "1", "0"]
+
+
 # File, which row, column, and what becomes of the cell. A row of None is the first one.
 RAW = [
     ("timings.csv", None, "ns", lambda x: str(int(x) * 2)),
@@ -31,7 +36,7 @@ RAW = [
     ("builds.csv", row_of("aabb"), "ns", lambda x: str(int(x) + 1)),
     ("trees.csv", row_of("obb-area-centroid", "area-mean"), "drift_mm", lambda x: str(99.0)),
     ("trees.csv", row_of("obb-area", "area-mean"), "child_ratio", lambda x: str(float(x) / 2)),
-    ("tightness.csv", row_of("obb-area", "area-mean", "0"), "hulled_volume_mm3", lambda x: str(float(x) * 1.001)),
+    ("tightness.csv", in_a_random_frame, "hulled_volume_mm3", lambda x: str(float(x) * 1.001)),
     ("exits.csv", row_of("aabb", "7"), "tests", lambda x: str(int(x) + 1000)),
     ("outlines.csv", row_of("obb-vertex-centroid"), "x1_mm", lambda x: str(float(x) - 50)),
 ]
