@@ -1036,7 +1036,7 @@ mod tests {
 
     #[test]
     fn a_helix_with_irregular_heights_is_known_all_along() {
-        // Up to 400 heights, and more: then some slabs hold whole rows of corners.
+        // Up to 1 000 heights, and more: then some slabs hold whole rows of corners.
         for (steps, sides, moved_mm) in [(30, 12, 0.1), (40, 24, 0.1), (80, 36, 0.1), (160, 36, 0.03)] {
             let mesh = helix(steps, sides, moved_mm);
             assert!(mesh.edge_report().is_watertight() && mesh.signed_volume() > 0.0);
