@@ -215,7 +215,9 @@ pub(super) struct Control {
     continues: bool,
     /// The modes that M70 kept, for each level of calls that has kept some.
     kept: BTreeMap<usize, Kept>,
-    /// How often M99 or M99 P was reached in the main program.
+    /// How often M99 without P was reached in the main program.
+    rounds: u32,
+    /// How often M99 or M99 P was reached there.
     jumps: u32,
     /// A hash of all variables and the axis positions when M99 of each line was last reached.
     at_jumps: BTreeMap<usize, u64>,
@@ -509,9 +511,10 @@ impl Interpreter<'_> {
         if let Some(number) = to {
             return self.line_of(table, number, at).map(Next::Line).map_err(|cause| values.fault('p', cause));
         }
-        let jumps = self.control.jumps;
-        if jumps > 1 && (jumps > MOST_COMPARED || self.moves.len() > MOST_MOVES_OF_ROUNDS) {
-            self.note_unknown(format!("M99 starts the program again, and variables or axes change from round to round; behind {jumps} rounds it is not followed"));
+        self.control.rounds += 1;
+        let rounds = self.control.rounds;
+        if rounds > 1 && (rounds > MOST_COMPARED || self.moves.len() > MOST_MOVES_OF_ROUNDS) {
+            self.note_unknown(format!("M99 starts the program again, and variables or axes change from round to round; behind {rounds} rounds it is not followed"));
             return Ok(Next::End);
         }
         Ok(Next::Line(0))

@@ -123,9 +123,9 @@ pub(super) struct Parameters {
     pub units: [f64; 9],
     /// Whether, since the interpreter last asked, Fanuc's ATAN or ASIN gave an angle that is 360 degrees less where parameter 6004#0 is 1.
     pub has_full_turn: Cell<bool>,
-    /// Whether [`INPUT`] holds what LinuxCNC's M66 has read, which is not known.
+    /// Whether LinuxCNC's M66 has set [`INPUT`]; what it has read is not known.
     holds_input: bool,
-    /// The last parameter, since the interpreter last asked, that was read and is not known: [`INPUT`] then, a clock, a timer.
+    /// The last parameter whose value is not known and that was read since the interpreter last asked: [`INPUT`] behind M66, a clock, a timer.
     pub unknown: Cell<Option<usize>>,
     /// Values of [`SYSTEM_NAMES`]: the interpreter keeps them up to date.
     pub system: [f64; SYSTEM_NAMES.len()],
@@ -355,7 +355,7 @@ const fn is_clock(index: usize) -> bool {
     matches!(index, 3001 | 3002 | 3011 | 3012 | 5401..=5600)
 }
 
-/// Whether a variable of Fanuc's and Haas's controls tells a mode or a position.
+/// Whether a variable of Fanuc's and Haas's controls tells a mode or a position; programs may not set it.
 const fn is_read_only(index: usize) -> bool {
     matches!(index, 4001..=4130 | 5001..=5108)
 }

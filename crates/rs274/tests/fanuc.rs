@@ -125,6 +125,9 @@ fn m99_goes_on_with_a_line_or_from_the_start() {
     let steps = interpret("G21M98P2L4000\nM99\nO2G91X1.\nM99", Path::new("main.nc"), &fanuc()).unwrap();
     assert!(steps.moves.len() == 12_000 && steps.notes[0].is_unknown && steps.notes.len() == 1, "{:?}", steps.notes);
     assert!(steps.notes[0].text.ends_with("behind 3 rounds it is not followed"), "{:?}", steps.notes);
+    // Jumps by M99 P are no rounds.
+    let mixed = "G21#1=0\nN2#1=#1+1\nIF[#1EQ2]GOTO3\nM99P2\nN3M98P2L5001\nM99\nO2X1.\nX2.\nM99";
+    assert_eq!(run(mixed, &fanuc()).moves.len(), 2 * 2 * 5001);
     // What goes round for ever is followed twice, whether it begins at the first line or not.
     let source = "X1.\nN5X2.\nX3.\nM99P5";
     assert_eq!(xs(source), [1.0, 2.0, 3.0, 2.0, 3.0]);

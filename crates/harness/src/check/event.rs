@@ -305,12 +305,12 @@ impl OfPair<'_> {
             let stopped = contacts.iter().flat_map(|(contact, _)| self.parts_of(contact, &is_stopped));
             let stopped = stopped.map(|part| (part, Some(Kind::StoppedSpindleIntoWorkpiece)));
             let stopped: Vec<_> = stopped.collect();
+            let cut = contacts.iter().find(|(_, kind)| kind.is_none() && !self.stays_whole);
+            let cut = cut.map_or(f64::INFINITY, |(contact, _)| contact.from);
             contacts.extend(stopped);
-            contacts.sort_by(|(a, _), (b, _)| a.from.total_cmp(&b.from));
-            // Once an open workpiece is cut, nobody knows what is in it.
-            let cut = contacts.iter().position(|(_, kind)| kind.is_none()).filter(|_| !self.stays_whole);
-            for (index, (_, kind)) in contacts.iter_mut().enumerate().skip(cut.unwrap_or(usize::MAX)) {
-                if kind.is_some() || Some(index) == cut {
+            // Once an open workpiece is cut, nobody knows what is in it. Of later cuts nothing more is told.
+            for (contact, kind) in contacts.iter_mut().filter(|(contact, _)| contact.from >= cut) {
+                if kind.is_some() || contact.from == cut {
                     *kind = Some(Kind::Unresolved);
                 }
             }

@@ -311,8 +311,7 @@ pub fn check(
         over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
     let open_cutters = workpieces.iter().flat_map(Workpiece::open_cutters).collect();
-    let thin_cutters =
-        [(&bodies, scene), (&turned_bodies, &spun.scene)].map(|(bodies, scene)| bodies.thin_cutters(scene));
+    let thin_cutters = &bodies.thin_cutters(scene) | &turned_bodies.thin_cutters(&spun.scene);
     let driven: BTreeSet<usize> = workpieces.iter().flat_map(|workpiece| workpiece.driven.iter().copied()).collect();
     Ok(Outcome {
         events,
@@ -327,7 +326,7 @@ pub fn check(
         remaining: workpieces.into_iter().map(Workpiece::remaining).collect(),
         stays_whole: pairs.iter().any(|&pair| stays_whole(pair)),
         uncut,
-        thin_cutters: thin_cutters.into_iter().flatten().collect::<BTreeSet<_>>().into_iter().collect(),
+        thin_cutters: thin_cutters.into_iter().collect(),
         open_cutters,
         samples: path.samples().len(),
         queries: queries.into_inner(),
@@ -564,14 +563,13 @@ impl Bodies {
     }
 
     /// Cutters with a blade, a pin or all of them so thin that no depth in it is more than a finished workpiece allows.
-    fn thin_cutters(&self, scene: &Scene) -> Vec<usize> {
+    fn thin_cutters(&self, scene: &Scene) -> BTreeSet<usize> {
         let is_thin = |(pair, gouge): (&Pair, &Gouge)| {
             let cutter = if gouge.workpiece_first { pair.b } else { pair.a };
             let body = crate::stock::Body::turning(&scene.parts[cutter].mesh, 0.0);
             (body.deepest_mm(gouge.allowed_mm) <= gouge.allowed_mm).then_some(cutter)
         };
-        let thin: BTreeSet<usize> = self.gouges.iter().filter_map(is_thin).collect();
-        thin.into_iter().collect()
+        self.gouges.iter().filter_map(is_thin).collect()
     }
 
     /// Parts that are not watertight, in order.

@@ -18,7 +18,7 @@ pub struct Path<'a> {
     tools: Vec<u32>,
     /// When each move begins, s, and when the last one ends.
     begins: Vec<f64>,
-    /// Whether the way to each sample is a probe's, or back on it.
+    /// For each sample, whether a probe comes to it, or goes back to it.
     probing: Vec<bool>,
 }
 
@@ -157,7 +157,7 @@ impl<'a> Path<'a> {
     }
 }
 
-/// Whether the way to each sample is that of a probe, or back on it.
+/// For each sample, whether a probe comes to it, or goes back to it on the line on which it came.
 fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
     // Where the probe set out, and where it is or was at last.
     let mut way: Option<[Position; 2]> = None;
@@ -181,7 +181,7 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
     samples.iter().map(is_probing).collect()
 }
 
-/// Whether a position is on the straight way between two, up to rounding.
+/// Whether a position lies on the straight line from one to another, up to rounding.
 fn is_between(position: &Position, first: &Position, last: &Position) -> bool {
     let apart = |a: &Position, b: &Position| (0..9).map(|i| (a.0[i] - b.0[i]).powi(2)).sum::<f64>().sqrt();
     apart(first, position) + apart(position, last) - apart(first, last) <= 1e-9

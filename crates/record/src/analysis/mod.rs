@@ -232,6 +232,13 @@ pub fn ranking_ratio<'a>(
     })
 }
 
+/// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
+pub fn is_noisy(ratios: &[RatioRow], scene: &str) -> bool {
+    let Some(workload) = ranked_by(ratios, scene) else { return false };
+    let of_cell = |row: &&RatioRow| row.scene == scene && row.stratum == ALL && row.workload == workload;
+    ratios.iter().filter(of_cell).any(|row| row.noisy == 1 && is_query_time(row))
+}
+
 /// The volumes of a ranking with a time in a scene, fastest first, each with its ratio to the first baseline; that baseline itself has none.
 pub fn ranked_in<'a>(
     scene: &str,

@@ -8,7 +8,7 @@ use super::stats::Interval;
 use super::summary::{ALL, Cell};
 use super::table::{Counter, Scene};
 use super::totals::Estimate;
-use super::{Ranked, ranked_by, ranked_in, ranking_ratio};
+use super::{Ranked, is_noisy, ranked_by, ranked_in, ranking_ratio};
 use crate::record::rows::CaseKey;
 use crate::record::{Manifest, NULL_VARIANT, PROGRAM_TIME, PROGRAM_TIME_COLD, RatioRow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -268,7 +268,7 @@ pub fn to_fastest(
             continue;
         };
         let metric = if workload == PROGRAM_TIME { Metric::ProgramTime } else { Metric::Time };
-        let noisy = ratios.iter().any(|r| (&r.scene, &*r.workload, &*r.stratum, r.noisy) == (name, workload, ALL, 1));
+        let noisy = is_noisy(ratios, name);
         for (other, _) in others {
             let is_there = ranking_ratio(ratios, cases, name, &other.variant, &fastest.variant).is_some();
             let pair = (cases.default_of(&other.variant)?, cases.default_of(&fastest.variant)?);

@@ -27,7 +27,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     }
 }
 
-/// Whether a tree was built once alone in the run.
+/// Whether some tree was built only once in the run.
 fn has_single(data: &Data) -> bool {
     let builds = data.builds.iter().map(|row| ((&row.scene, row.case(), &row.part), ()));
     grouped(builds).values().any(|builds| builds.len() == 1)

@@ -11,7 +11,9 @@ use crate::analysis::judge::CLUSTERS_MIN;
 use crate::analysis::misses::Tally;
 use crate::analysis::ratios::Cases;
 use crate::analysis::words::{self, capital, listed, quantity_of};
-use crate::analysis::{ALL, Ranked, counted, distinct, grouped, is_query_time, ranked_by, ranked_in, ranking_ratio};
+use crate::analysis::{
+    ALL, Ranked, counted, distinct, grouped, is_noisy, is_query_time, ranked_by, ranked_in, ranking_ratio,
+};
 use crate::record::rows::CaseKey;
 use crate::record::{Kind, NULL_VARIANT, PROGRAM_TIME, RECORDED, RatioRow, SummaryRow};
 use serde::Serialize;
@@ -453,7 +455,7 @@ fn undecided(row: &RatioRow) -> Option<&'static str> {
 /// Why nothing is decided about speed in a scene.
 fn undecided_on(contents: &Contents, scene: &str, volumes: &[Timed<'_>]) -> Option<&'static str> {
     let reason = volumes.iter().find_map(|volume| volume.undecided);
-    reason.or_else(|| is_noisy(contents, scene).then_some("noisy"))
+    reason.or_else(|| is_noisy(&contents.ratios, scene).then_some("noisy"))
 }
 
 /// The scenes of the ranking in which nothing is decided about speed, each with the reason.
@@ -476,18 +478,6 @@ pub fn places(contents: &Contents) -> Vec<String> {
         _ => "-".to_owned(),
     };
     (1..).zip(&contents.ranking).map(place).collect()
-}
-
-/// Whether the null duplicate is noisy in the cell by which a scene is ranked, so that nothing is decided about speed there.
-fn is_noisy(contents: &Contents, scene: &str) -> bool {
-    let workload = ranked_by(&contents.ratios, scene);
-    let is_ranking = |row: &&RatioRow| {
-        row.scene == scene
-            && row.stratum == ALL
-            && is_query_time(row)
-            && workload.is_some_and(|workload| row.workload == workload)
-    };
-    contents.ratios.iter().filter(is_ranking).any(|row| row.noisy == 1)
 }
 
 /// How much longer a volume that is fastest in one scene takes in another, as the largest such factor. Empty when one volume leads

@@ -603,7 +603,7 @@ impl Slab {
         }
     }
 
-    /// Whether it is solid, and fills a radius, for sure to within a slack.
+    /// Whether it is solid, its outline reaches a radius, and up to that radius less a slack it is filled for sure.
     fn reaches(&self, radius: f64, slack_mm: f64) -> bool {
         let fills = |[inner, outer]: [f64; 2]| outer >= radius && inner >= radius - slack_mm;
         self.bore.is_none() && (0..2).all(|k| fills([self.inner[k], self.outer[k]]))
