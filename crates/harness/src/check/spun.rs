@@ -24,6 +24,8 @@ const SIDES: usize = 64;
 const LEANING: f64 = 0.165;
 /// A part is round all the same where the faces that lean more have at most this area together, of the square of its greatest radius: slivers, and what hardly stands out.
 const LITTLE: f64 = 1e-4;
+/// Widest angle around the axis without a corner of a round part: that of a prism with 18 sides.
+const WIDEST: f64 = TAU / 18.0;
 /// Corners nearer to the axis than this, of the greatest radius, are not asked how a face leans there.
 const MIDDLE: f64 = 0.01;
 /// Teeth repeat themselves where they fill the same of these sectors around the axis, up to this many sectors.
@@ -270,7 +272,17 @@ fn is_round_about(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
         let around = outside.map(|p| (normal.y * p.x - normal.x * p.y).abs() / p.x.hypot(p.y)).fold(0.0, f64::max);
         if around > LEANING * normal.norm() { 0.5 * around } else { 0.0 }
     };
-    mesh.faces().iter().map(leaning).sum::<f64>() <= LITTLE * radius * radius
+    is_all_around(&places, MIDDLE * radius) && mesh.faces().iter().map(leaning).sum::<f64>() <= LITTLE * radius * radius
+}
+
+/// Whether corners farther from the axis than `middle` lie on all sides of it: on one side alone even a sliver is not round.
+fn is_all_around(places: &[Point], middle: f64) -> bool {
+    let outside = places.iter().filter(|p| p.x.hypot(p.y) > middle);
+    let mut angles: Vec<f64> = outside.map(|p| p.y.atan2(p.x)).collect();
+    angles.sort_by(f64::total_cmp);
+    let Some(first) = angles.first().copied() else { return true };
+    angles.push(first + TAU);
+    angles.windows(2).all(|pair| pair[1] - pair[0] <= WIDEST)
 }
 
 /// Whether no joint is between a part and a workpiece's axis.

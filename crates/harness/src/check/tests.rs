@@ -493,9 +493,9 @@ fn a_cutter_with_a_thin_blade_is_named_whatever_its_hub() {
     let text = with_tip();
     let (at, to) = (text.rfind("shape = ").unwrap(), text.find("[program]").unwrap());
     for (blade_mm, thin) in [(0.4, vec![1]), (0.6, vec![])] {
-        let outline = "[[40, -5], [60, -5], [60, 5], [40, 5]]";
+        let outline = "[[390, -5], [410, -5], [410, 5], [390, 5]]";
         let blade = format!("shape = {{ kind = \"extrude\", height_mm = {blade_mm}, outline_mm = {outline} }}\n");
-        let program = "M3 S1000\nG1 X50 F6000\nG1 Z15\nM2";
+        let program = "M3 S1000\nG1 X400 F6000\nG1 Z9\nM2";
         let mut scene = scene(&[&text[..at], &blade, &text[to..]].concat(), program);
         (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
         scene.gouge_mm = Some(0.25);
