@@ -165,18 +165,16 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
     let is_probing = |sample: &Sample| {
         let (start, to) = (from, sample.position);
         from = to;
-        let is_on_way = |place: &Position| way.is_some_and(|[first, last]| is_between(place, &first, &last));
         let step = &run.program.moves[sample.move_index];
         if step.is_probe {
-            let first =
-                way.filter(|[first, _]| is_on_way(&start) && is_between(&start, first, &to)).map(|[first, _]| first);
+            // Where there is a way, it sets out on it.
+            let first = way.filter(|[first, _]| is_between(&start, first, &to)).map(|[first, _]| first);
             way = Some([first.unwrap_or(start), to]);
             return true;
         }
         let is_other_tool = matches!(step.kind, MoveKind::ToolChange { .. });
-        let is_back = !is_other_tool && is_on_way(&start) && is_on_way(&to);
-        way = way.filter(|_| is_back);
-        is_back
+        way = way.filter(|[first, last]| !is_other_tool && is_between(&to, first, last));
+        way.is_some()
     };
     samples.iter().map(is_probing).collect()
 }
