@@ -131,8 +131,13 @@ impl<'a> Scan<'a> {
 
     /// The last place before which the pair stays free for sure, but at least the next one; and the bound on the travel to it.
     pub(super) fn farthest(&self, at: usize, last: usize, here: &Measured, poses: &[Poses]) -> (usize, f64) {
-        // Inside the other part nothing changes before the surfaces meet.
-        let spare = if here.inside { here.distance } else { here.distance - self.widest() };
+        let spare = match here.inside {
+            // How deep a cutter is in a finished workpiece is asked at every sample.
+            true if self.bodies.gouges.contains_key(&self.pair) => 0.0,
+            // Inside the other part nothing changes before the surfaces meet.
+            true => here.distance,
+            false => here.distance - self.widest(),
+        };
         let mut travel = 0.0;
         for (next, from) in (at + 1..=last).zip(poses) {
             let step = self.step_travel(next - 1, from);

@@ -94,8 +94,7 @@ fn a_zone_begins_where_the_distance_says_however_many_samples_are_skipped() {
 #[test]
 fn contact_is_found_where_it_begins_and_ends() {
     // Touching from Z 20 on. X does not matter there: the cubes are 20 mm wide and 5 mm aside.
-    let scene = scene(CUBES, "G0 X5\nG0 Z15\nG0 Z60\nM2");
-    let outcome = checked(&scene, &with_zones(&[]));
+    let outcome = checked(&scene(CUBES, "G0 X5\nG0 Z15\nG0 Z60\nM2"), &with_zones(&[]));
     let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
     assert_eq!((event.kind, event.first.line, event.last.line, event.least_mm), (Kind::Collision, 2, 3, 0.0));
     for extent in [&event.first, &event.last] {
@@ -106,18 +105,84 @@ fn contact_is_found_where_it_begins_and_ends() {
     assert_eq!(event.nearest, event.first);
     // 0.05 s aside, 0.85 s down, 0.45 s up.
     assert!((outcome.duration_s - 1.35).abs() < 1e-9);
+    // That no spindle turns matters to a cutter in its workpiece alone.
+    let fed = checked(&scene(CUBES, "G1 Z15 F6000\nG1 X2\nG0 Z60\nM2"), &with_zones(&[]));
+    assert_eq!(fed.events.iter().map(|event| event.kind).collect::<Vec<_>>(), [Kind::Collision]);
+}
+
+#[test]
+fn what_swings_past_a_post_between_two_of_its_samples_is_found() {
+    // A cube of 4 mm that swings 100 mm from the axis, and a post where it is after an eighth of a turn: 1.7 mm a degree.
+    let cube = "shape = { kind = \"rounded-box\", size_mm = [4, 4, 4] }\n";
+    let text = [
+        "title = \"Arm\"\n[[machine.links]]\nname = \"slide\"\njoint = { axis = \"Z\", direction = [0, 0, 1] }\n",
+        "[[machine.links]]\nname = \"arm\"\nparent = \"slide\"\njoint = { axis = \"C\", direction = [0, 0, 1] }\n",
+        "[[parts]]\nname = \"post\"\nat = { xyz_mm = [70.7, 70.7, 0] }\n",
+        cube,
+        "[[parts]]\nname = \"cube\"\nlink = \"arm\"\nat = { xyz_mm = [100, 0, 0] }\n",
+        cube,
+        "[program]\nfile = \"own.ngc\"\n",
+    ]
+    .concat();
+    let outcome = checked(&scene(&text, "G0 C90\nM2"), &with_zones(&[]));
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    // The two are 4 mm wide, and stand at an angle to each other at first: from 42 to 48 degrees they touch for sure, from 41 to 49 at most.
+    for (extent, degrees) in [(&event.first, 42.0), (&event.last, 48.0)] {
+        assert!((extent.position[Axis::C].to_degrees() - degrees).abs() < 1.0, "{extent:?}");
+    }
+}
+
+/// A scene with a smaller moved part: 4 mm wide, and 8 mm high, from 2 to 10 mm below Z.
+fn with_small_part(text: &str) -> String {
+    let at = text.rfind("height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]]").unwrap();
+    let outline = ["[[-10, -10], [10, -10], [10, 10], [-10, 10]]", "[[-2, -2], [2, -2], [2, 2], [-2, 2]]"];
+    let small = text[at..].replacen("height_mm = 20", "height_mm = 8", 1).replacen(outline[0], outline[1], 1);
+    format!("{}{small}", &text[..at])
 }
 
 #[test]
 fn what_goes_wholly_into_another_part_is_told_as_inside() {
-    // The moved part is 8 mm high: from 2 to 10 mm below Z.
-    let at = CUBES.rfind("height_mm = 20, outline_mm = [[-10, -10], [10, -10], [10, 10], [-10, 10]]").unwrap();
-    let outline = ["[[-10, -10], [10, -10], [10, 10], [-10, 10]]", "[[-2, -2], [2, -2], [2, 2], [-2, 2]]"];
-    let small = CUBES[at..].replacen("height_mm = 20", "height_mm = 8", 1).replacen(outline[0], outline[1], 1);
-    let outcome = checked(&scene(&format!("{}{small}", &CUBES[..at]), "G0 Z5\nG0 Z60\nM2"), &with_zones(&[]));
+    let outcome = checked(&scene(&with_small_part(CUBES), "G0 Z5\nG0 Z60\nM2"), &with_zones(&[]));
     let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
     assert_eq!((event.kind, event.inside, event.least_mm), (Kind::Collision, true, 0.0));
     assert!([&event.first, &event.last].iter().all(|end| (end.position[Axis::Z] - 20.0).abs() < 0.02), "{event:?}");
+    // Also where the surfaces never meet.
+    let within = with_small_part(CUBES).replace("z_mm = 100", "z_mm = 5");
+    let outcome = checked(&scene(&within, "G0 Z6\nM2"), &with_zones(&[]));
+    let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+    assert_eq!((event.kind, event.inside, event.least_mm, event.first.place), (Kind::Collision, true, 0.0, 0.0));
+}
+
+#[test]
+fn a_cutter_within_a_finished_workpiece_is_as_deep_as_the_next_surface_is_far() {
+    // At Z 6 the small cutter is from 4 mm below to 4 mm above the middle of the cube, 6 mm from its upper and lower faces. Where it cuts the
+    // surface it is 2.83 mm deep, half its diagonal.
+    let feed = "M3 S1000\nG1 Z5 F6000\nG1 Z60\nM2";
+    let mut scene = scene(&with_small_part(&with_cutter()), feed);
+    for allowed_mm in [0.1, 0.5] {
+        scene.gouge_mm = Some(allowed_mm);
+        let outcome = checked(&scene, &with_zones(&[]));
+        let [event] = &outcome.events[..] else { panic!("{:?}", outcome.events) };
+        assert_eq!((event.kind, event.inside, event.first.line, event.last.line), (Kind::Gouge, true, 2, 3));
+        assert!((event.least_mm + 6.0).abs() < 0.05 && event.nearest.position[Axis::Z] == 6.0, "{event:?}");
+    }
+}
+
+#[test]
+fn a_rapid_may_not_even_touch_a_finished_workpiece() {
+    for (program, told) in [
+        ("M3 S1000\nG1 Z19.8 F6000\nG1 X2\nG0 Z60\nM2", None),
+        ("M3 S1000\nG0 Z19.8\nG0 Z60\nM2", Some((Kind::RapidIntoWorkpiece, 2))),
+        ("M3 S1000\nG1 Z19.2 F6000\nG0 Z60\nM2", Some((Kind::Gouge, 2))),
+    ] {
+        let mut scene = scene(&with_cutter(), program);
+        scene.gouge_mm = Some(0.5);
+        let outcome = checked(&scene, &with_zones(&[]));
+        let found: Vec<_> = outcome.events.iter().map(|event| (event.kind, event.first.line)).collect();
+        assert_eq!(found, Vec::from_iter(told), "{program}");
+        let depth_mm = if told.is_some_and(|(kind, _)| kind == Kind::Gouge) { 0.8 } else { 0.2 };
+        assert!(outcome.events.iter().all(|event| (event.least_mm + depth_mm).abs() < 0.05), "{:?}", outcome.events);
+    }
 }
 
 /// [`CUBES`] as a workpiece and a cutter.
@@ -275,6 +340,17 @@ fn of_two_workpieces_the_one_that_is_cut_first_decides_on_their_contact() {
 }
 
 #[test]
+fn a_holder_that_comes_near_what_is_cut_is_told() {
+    // 20 mm wide, and 25 mm above the cutter's lower end: 5 mm above the workpiece at Z 0.
+    let holder = "[[parts]]\nname = \"holder\"\nlink = \"head\"\nrole = \"holder\"\nat = { xyz_mm = [0, 0, 15] }\nshape = { kind = \"cylinder\", radius_mm = 10, height_mm = 10 }\n";
+    let text = with_cutter().replacen("[program]", &format!("{holder}[program]"), 1);
+    let told = checked(&scene(&text, "M3 S1000\nG1 Z0 F6000\nG0 Z60\nM2"), &with_zones(&[8.0]));
+    let [event] = &told.events[..] else { panic!("{:?}", told.events) };
+    assert_eq!((event.kind, event.first.line, told.remaining.len()), (Kind::Near { zone_mm: 8.0 }, 2, 1));
+    assert!((event.first.position[Axis::Z] - 3.0).abs() < 0.02 && (event.least_mm - 5.0).abs() < 1e-6, "{event:?}");
+}
+
+#[test]
 fn the_search_ends_with_the_first_collision_when_asked() {
     let near = scene(CUBES, "G0 Z15\nG0 Z60\nG0 Z15\nG0 Z60\nM2");
     // More samples than are scanned before it is looked whether there is a collision among them.
@@ -285,6 +361,14 @@ fn the_search_ends_with_the_first_collision_when_asked() {
     };
     assert_eq!((lines(&near, false), lines(&near, true)), (vec![1, 3], vec![1]));
     assert_eq!((lines(&far, false), lines(&far, true)), (vec![1, 5], vec![1]));
+    // What is left is that after the whole program all the same: 5 mm less in height, and half of the cube 10 mm less again.
+    let cut = scene(&with_cutter(), "G0 Z15\nG0 Z60\nM3 S1000\nG0 X10\nG1 Z5 F6000\nM2");
+    for (stop_at_first, is_solid) in [(true, true), (false, true)] {
+        let told = checked(&cut, &Settings { stop_at_first, is_solid, ..with_zones(&[]) });
+        assert_eq!(told.events.iter().map(|event| event.first.line).collect::<Vec<_>>(), [1]);
+        let volume = told.remaining[0].stock.clone().volume();
+        assert!(volume.low <= 4000.0 && 4000.0 <= volume.high && volume.high - volume.low < 1500.0, "{volume:?}");
+    }
 }
 
 #[test]
@@ -489,17 +573,23 @@ fn a_cutter_with_a_thin_blade_is_named_whatever_its_hub() {
         scene.gouge_mm = Some(0.25);
         assert_eq!(checked(&scene, &with_zones(&[])).thin_cutters, thin, "{blade_mm}");
     }
-    // Also one that comes near only as the spindle turns it.
+    // Also one that comes near only as the spindle turns it, and one that does as drawn, too.
     let text = with_tip();
     let (at, to) = (text.rfind("shape = ").unwrap(), text.find("[program]").unwrap());
-    for (blade_mm, thin) in [(0.4, vec![1]), (0.6, vec![])] {
-        let outline = "[[390, -5], [410, -5], [410, 5], [390, 5]]";
+    let beside = "[[390, -5], [410, -5], [410, 5], [390, 5]]";
+    let above = "[[-410, -410], [410, -410], [410, 410], [-410, 410]]";
+    for (outline, blade_mm, thin) in
+        [(beside, 0.4, vec![1]), (beside, 0.6, vec![]), (above, 0.4, vec![1]), (above, 0.6, vec![])]
+    {
         let blade = format!("shape = {{ kind = \"extrude\", height_mm = {blade_mm}, outline_mm = {outline} }}\n");
         let program = "M3 S1000\nG1 X400 F6000\nG1 Z9\nM2";
         let mut scene = scene(&[&text[..at], &blade, &text[to..]].concat(), program);
         (scene.parts[0].role, scene.parts[1].role) = (Role::Workpiece, Role::Cutter);
         scene.gouge_mm = Some(0.25);
-        assert_eq!(checked(&scene, &with_zones(&[])).thin_cutters, thin, "{blade_mm}");
+        let told = checked(&scene, &with_zones(&[]));
+        assert_eq!(told.thin_cutters, thin, "{blade_mm}");
+        // Out of reach as drawn, it is examined all the same.
+        assert!(told.decisions.iter().all(|decision| decision.dropped.is_none()), "{:?}", told.decisions);
     }
 }
 

@@ -184,6 +184,17 @@ fn what_turns_is_told_before_and_behind_where_the_drawing_collides() {
     let settings = Settings { stop_at_first: true, ..with_zones(&[]) };
     let first = checked(&scene(&text, program), &settings).events;
     assert_eq!((first.len(), first[0].first.line), (1, 3));
+    // Each part of it has the text of its own line, and lasts to the end only where it does.
+    let told = found(&text, "M3 S1000\nG0 X-20\nG0 X-30\nG0 X-32\nG0 X-37\nG0 X-31\nG0 X-30\nM2").events;
+    let ends: Vec<_> = told.iter().map(|event| (event.kind.name(), event.block.as_str(), event.to_the_end)).collect();
+    assert_eq!(ends, [(turned, "G0 X-30", false), (drawn, "G0 X-37", false), (turned, "G0 X-31", true)]);
+    assert!(told.iter().all(|event| event.nearest == event.first), "{told:?}");
+    // Neither what is near nor what another part meets tells it.
+    let post = part("post", "", "fixture", [-30.0, 0.0, 0.0], &cuboid([4.0, 4.0, 200.0]));
+    let with_post = text.replacen("[program]", &format!("{post}[program]"), 1);
+    let told = checked(&scene(&with_post, "M3 S1000\nG0 X-30\nM2"), &with_zones(&[25.0]));
+    let kinds: Vec<_> = kinds(&told).into_iter().filter(|(_, kind)| *kind != "near").collect();
+    assert_eq!(kinds, [(2, "collision"), (2, "unresolved")]);
     // As drawn it stays out of reach.
     let told = found(&text, "M3 S1000\nG0 X-30\nM2");
     assert!(told.decisions.len() == 1 && told.decisions[0].dropped.is_none(), "{:?}", told.decisions);
