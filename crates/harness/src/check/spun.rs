@@ -571,6 +571,11 @@ repeat = { kind = "around", count = 3 }"#,
         // Across, and beside the axis along it.
         assert!(passes(&point, &-Vector::x(), 1.0, [1.0, 3.0]) && !passes(&point, &-Vector::x(), 1.0, [3.0, 4.0]));
         assert!(!passes(&point, &Vector::z(), 3.0, [0.0, 9.0]) && passes(&point, &Vector::z(), 3.1, [0.0, 9.0]));
+        // In the plane of an end.
+        assert!(passes(&point, &-Vector::x(), 1.0, [2.0, 4.0]) && passes(&point, &-Vector::x(), 1.0, [0.0, 2.0]));
+        // On the axis at z = 6, after 5 mm. At z = 10, after 10 mm, it is at x = -3.
+        let slanted = Vector::new(-0.6, 0.0, 0.8);
+        assert!(passes(&point, &slanted, 1.0, [5.0, 7.0]) && !passes(&point, &slanted, 2.9, [10.0, 20.0]));
     }
 
     #[test]
@@ -580,6 +585,11 @@ repeat = { kind = "around", count = 3 }"#,
         assert_eq!(found, [0.0, 3.0, 5.0]);
         let many: Vec<Point> = (0..=2 * RINGS).map(|k| at(k as f64)).collect();
         assert_eq!(heights(&many), (0..=RINGS).map(|k| 2.0 * k as f64).collect::<Vec<_>>());
+        let shifted: Vec<Point> = many.iter().map(|place| place + Vector::z() * 100.0).collect();
+        assert_eq!(heights(&shifted), (0..=RINGS).map(|k| 100.0 + 2.0 * k as f64).collect::<Vec<_>>());
+        // As many as there are rings stay, at whatever distances.
+        let uneven: Vec<f64> = (0..RINGS).map(|k| (k * k) as f64).collect();
+        assert_eq!(heights(&uneven.iter().map(|&z| at(z)).collect::<Vec<_>>()), uneven);
     }
 
     #[test]
@@ -641,15 +651,17 @@ repeat = { kind = "around", count = 3 }"#,
 
     #[test]
     fn an_edge_fills_all_sectors_in_which_it_is_far_out() {
-        let at = |degrees: f64| {
-            let (sin, cos) = degrees.to_radians().sin_cos();
-            Point::new(10.0 * cos, 10.0 * sin, 0.5)
-        };
-        let mut slab = Slab { radii: [0.0, 10.0], ..Slab::between(0.0, 1.0) };
-        // Its middle is 9.96 mm from the axis, that of the other edges less than 9.9.
-        slab.fill_sectors(&[at(2.5), at(12.5), Point::new(0.0, 0.0, 0.5)]);
-        let filled: Vec<usize> = (0..SECTORS).filter(|&sector| slab.sectors[sector]).collect();
-        assert_eq!(filled, (2..=12).collect::<Vec<_>>());
+        for radius in [10.0, 0.1] {
+            let at = |degrees: f64| {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                Point::new(radius * cos, radius * sin, 0.5)
+            };
+            let mut slab = Slab { radii: [0.0, radius], ..Slab::between(0.0, 1.0) };
+            // Its middle is at 0.996 of the radius, that of the other edges below 0.99.
+            slab.fill_sectors(&[at(2.5), at(12.5), Point::new(0.0, 0.0, 0.5)]);
+            let filled: Vec<usize> = (0..SECTORS).filter(|&sector| slab.sectors[sector]).collect();
+            assert_eq!(filled, (2..=12).collect::<Vec<_>>(), "{radius}");
+        }
     }
 
     #[test]
@@ -662,6 +674,39 @@ repeat = { kind = "around", count = 3 }"#,
             slabs.push(apart);
             assert_eq!(count(&slabs), 2);
             slabs.pop();
+        }
+    }
+
+    #[test]
+    fn the_sides_of_a_ring_are_outside_all_that_it_holds() {
+        let slab = Slab { radii: [5.0, 9.0], is_hollow: true, ..Slab::between(0.0, 1.0) };
+        let ring = rings(&[slab], &Isometry::identity()).unwrap();
+        let nearest = |t: &Triangle| nearest_to_axis(&t.corners).unwrap().coords.xy().norm();
+        let outer = ring.triangles().into_iter().filter(|t| t.corners.iter().all(|p| p.x.hypot(p.y) > 8.0));
+        assert!(outer.map(|t| nearest(&t)).all(|distance| distance > 9.0));
+    }
+
+    #[test]
+    fn the_face_of_a_step_is_of_the_slab_that_it_closes() {
+        // A shaft of 10 mm with many heights, and a flange of 50 mm from half a millionth of a millimetre below the border at 48 mm.
+        let border = 48.0;
+        let shaft = (1..192).map(|k| format!("[{}, {}], ", if k % 2 == 0 { 10.0 } else { 9.9 }, 0.25 * f64::from(k)));
+        let (shaft, from): (String, f64) = (shaft.collect(), border - 0.5 * SAME_MM);
+        let profile = format!("[0, 0], [10, 0], {shaft}[10, {from}], [50, {from}], [50, 96], [0, 96]");
+        let all = slabs(&mesh(&format!("kind = \"revolve\"\nprofile_mm = [{profile}]")), &Isometry::identity());
+        let radius_at = |z: f64| all.iter().find(|slab| slab.low < z && z < slab.high).unwrap().radii[1];
+        assert!(all.len() == RINGS && all.iter().any(|slab| slab.high == border));
+        assert!(radius_at(border - 0.1) < 10.1 && radius_at(border + 0.1) > 49.0);
+    }
+
+    #[test]
+    fn a_slab_whose_nearest_point_is_a_corner_is_hollow_where_the_face_looks_at_the_axis() {
+        // From (3, 4) away along (5, 1): the normals look past the axis, away from it and at it.
+        let piece = [Point::new(3.0, 4.0, 0.2), Point::new(8.0, 5.0, 0.2), Point::new(3.0, 4.0, 0.8)];
+        for (normal, is_hollow) in [(Vector::new(-0.1, 0.5, 0.0), false), (Vector::new(0.1, -0.5, 0.0), true)] {
+            let mut slab = Slab::between(0.0, 1.0);
+            slab.take_in(&piece, &normal);
+            assert_eq!((slab.is_hollow, slab.radii[0]), (is_hollow, 5.0));
         }
     }
 
@@ -715,6 +760,46 @@ repeat = { kind = "around", count = 3 }"#,
     }
 
     #[test]
+    fn what_is_round_is_so_at_every_size() {
+        let with_teeth = |size: [f64; 3], count: usize| {
+            let body = "shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 10 }";
+            let tooth =
+                format!("shape = {{ kind = \"rounded-box\", size_mm = {size:?} }}\nat = {{ xyz_mm = [20, 0, 5] }}");
+            let around = format!("repeat = {{ kind = \"around\", count = {count} }}");
+            mesh(&format!("kind = \"compound\"\n[[parts]]\n{body}\n[[parts]]\n{tooth}\n{around}"))
+        };
+        // Two sides of 0.01 mm² lean; as much as 0.04 mm² may.
+        let pip = with_teeth([0.1, 0.1, 0.1], 1);
+        // Half a disc so thin that its straight side has 0.06 mm²; as much as 0.09 mm² may lean.
+        let corner = |k: u32| f64::from(2 * k).to_radians().sin_cos();
+        let corners: Vec<String> =
+            (0..=90).map(corner).map(|(sin, cos)| format!("[{}, {}]", 30.0 * cos, 30.0 * sin)).collect();
+        let sliver = mesh(&format!("kind = \"extrude\"\nheight_mm = 0.001\noutline_mm = [{}]", corners.join(", ")));
+        for scale in [1.0, 0.0025] {
+            for (mesh, expected) in [
+                (&pip, true),
+                (&with_teeth([1.0, 1.0, 1.0], 1), false),
+                (&with_teeth([4.0, 1.0, 8.0], 60), false),
+                (&sliver, false),
+            ] {
+                let scaled = obbtree::cases::meshes::moved(mesh, scale, &Isometry::identity());
+                assert_eq!(is_round_about(&scaled, &Isometry::identity()), expected, "{scale}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cone_is_round_though_its_point_is_a_little_beside_the_axis() {
+        let (count, radius) = (48, 20.0);
+        let around = (0..count).map(|k| (TAU * f64::from(k) / f64::from(count)).sin_cos());
+        let mut vertices: Vec<Point> = around.map(|(sin, cos)| Point::new(radius * cos, radius * sin, 0.0)).collect();
+        // At half of the distance up to which corners are not asked.
+        vertices.extend([Point::new(0.5 * MIDDLE * radius, 0.0, 30.0), Point::origin()]);
+        let sides = (0..48).flat_map(|k| [[k, (k + 1) % 48, 48], [(k + 1) % 48, k, 49]]);
+        assert!(is_round_about(&Mesh::new(vertices, sides.collect()).unwrap(), &Isometry::identity()));
+    }
+
+    #[test]
     fn only_what_repeats_itself_around_its_axis_is_fluted() {
         let shank = "{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }";
         let arm = |x: f64| {
@@ -728,13 +813,29 @@ repeat = { kind = "around", count = 3 }"#,
             (drill, true),
             (compound(&[shank.to_owned(), arm(10.0), arm(-10.0)]), true),
             (compound(&[shank.to_owned(), arm(10.0)]), false),
-            // Flat.
+            // Flat, and not as long as it is thick: 14.1 mm.
             ("kind = \"rounded-box\"\nsize_mm = [10, 10, 4]".to_owned(), false),
+            ("kind = \"rounded-box\"\nsize_mm = [10, 10, 12]".to_owned(), false),
         ] {
             let axis = fluted_axis(&mesh(&shape));
             assert_eq!(axis.is_some(), expected, "{shape}");
             let is_along = |axis: Isometry| (axis * Vector::z()).z.abs() > 1.0 - 1e-9;
             assert!(axis.is_none_or(is_along), "{shape}");
+        }
+    }
+
+    #[test]
+    fn teeth_repeat_themselves_up_to_five_degrees_either_way() {
+        // Arms on opposite sides of a shank, one of them turned on.
+        let arm = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let at = format!("at = {{ xyz_mm = [{}, {}, 10], rpy_deg = [0, 0, {degrees}] }}", 10.0 * cos, 10.0 * sin);
+            format!("{{ shape = {{ kind = \"rounded-box\", size_mm = [10, 4, 8] }}, {at} }}")
+        };
+        let shank = "{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }";
+        for (degrees, expected) in [(180.0, true), (184.0, true), (176.0, true), (187.0, false), (173.0, false)] {
+            let shape = format!("kind = \"compound\"\nparts = [{shank}, {}, {}]", arm(0.0), arm(degrees));
+            assert_eq!(repeat(&slabs(&mesh(&shape), &Isometry::identity())), expected, "{degrees}");
         }
     }
 

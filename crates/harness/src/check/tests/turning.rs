@@ -109,6 +109,18 @@ fn a_driven_cutter_without_a_known_axis_cuts_nothing_for_sure_on_a_lathe() {
     }
 }
 
+/// The same with a part on a link of its own, which stands on `parent` and has its frame at `link_at`.
+fn on_ram(text: &str, name: &str, from: [f64; 3], to: [f64; 3], parent: &str, link_at: [f64; 3]) -> String {
+    let parent = if parent.is_empty() { String::new() } else { format!("parent = \"{parent}\"\n") };
+    let link = format!("[[machine.links]]\nname = \"ram\"\n{parent}at = {{ xyz_mm = {link_at:?} }}\n");
+    let (before, rest) = text.split_once(&format!("name = \"{name}\"\n")).unwrap();
+    let (role, rest) = rest[rest.find("role = ").unwrap()..].split_once('\n').unwrap();
+    let rest = rest.strip_prefix(&format!("at = {{ xyz_mm = {from:?} ")).unwrap();
+    let moved = format!("{before}name = \"{name}\"\nlink = \"ram\"\n{role}\nat = {{ xyz_mm = {to:?} {rest}");
+    let at = moved.find("[[parts]]").unwrap();
+    format!("{}{link}{}", &moved[..at], &moved[at..])
+}
+
 #[test]
 fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
     let driven = |name: &str, role: &str, at: [f64; 3], shape: &str| {
@@ -128,6 +140,14 @@ fn a_round_part_of_a_driven_tool_turns_about_its_own_axis() {
     assert_eq!(kinds(&found(&text(&polygon(8, 10.0)), program)), []);
     // One that is not round turns about the cutter's, and not about that of another tool.
     assert_eq!(kinds(&found(&text(&cuboid([20.0, 6.0, 30.0])), program)), [(3, "unresolved")]);
+    // Nor about that of another round part of the tool; and so on whatever link it is drawn.
+    let holder = text(&cuboid([20.0, 6.0, 30.0]));
+    let pulley = driven("pulley", "shank", [30.0, 0.0, 120.0], &cylinder(10.0, 10.0));
+    let with_pulley =
+        holder.replacen("[[parts]]\nname = \"cutter\"", &format!("{pulley}[[parts]]\nname = \"cutter\""), 1);
+    assert_eq!(kinds(&found(&with_pulley, program)), [(3, "unresolved")]);
+    let on_link = on_ram(&holder, "holder", [30.0, 0.0, 80.0], [5.0, 0.0, 80.0], "head", [25.0, 0.0, 0.0]);
+    assert_eq!(kinds(&found(&on_link, program)), [(3, "unresolved")]);
 }
 
 #[test]
@@ -477,19 +497,44 @@ fn a_round_cutter_across_the_axis_is_driven_wherever_it_crosses() {
     }
 }
 
+/// Whether a cutter of this shape beside the end of a bar may be driven.
+fn may_be_driven(at: [f64; 3], shape: &str, program: &str) -> bool {
+    let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0));
+    let scene = scene(&[LATHE, &bar, &part("mill", "slide", "cutter", at, shape)].concat(), program);
+    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+    crate::check::turning::may_be_driven(&scene, &path, 1)
+}
+
 /// One step of 0.4 degrees, after which nothing turns any more, is enough.
 #[test]
 fn what_feeds_while_the_workpiece_is_turned_turns_itself() {
-    let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0));
-    let mill = part("mill", "slide", "cutter", [40.0, 0.0, 60.0], &cuboid([4.0, 4.0, 40.0]));
-    let may_be_driven = |first: &str| {
-        let scene = scene(&[LATHE, &bar, &mill].concat(), &format!("M3 S500\n{first}\nG1 Z-10\nG0 Z0\nM2"));
-        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-        crate::check::turning::may_be_driven(&scene, &path, 1)
-    };
+    let square = |program: &str| may_be_driven([40.0, 0.0, 60.0], &cuboid([4.0, 4.0, 40.0]), program);
+    let may_be_driven = |first: &str| square(&format!("M3 S500\n{first}\nG1 Z-10\nG0 Z0\nM2"));
     assert!(may_be_driven("G1 C0.4 F100") && !may_be_driven("G1 Z-5 F100"));
     // Turned at rapid rate, and fed back.
     assert!(may_be_driven("G1 Z-1 F100\nG0 C0.4\nG1 C0") && !may_be_driven("G1 Z-1 F100\nG0 C0.4\nG0 C0"));
+    // Turned before its first feed the workpiece stands at one angle in all of them.
+    assert!(!may_be_driven("G0 C90\nG1 Z-5 F100"));
+}
+
+/// Nor does the step have to be before another feed.
+#[test]
+fn what_turns_the_workpiece_with_its_last_feed_turns_itself() {
+    let square = |program: &str| may_be_driven([40.0, 0.0, 60.0], &cuboid([4.0, 4.0, 40.0]), program);
+    assert!(square("M3 S500\nG1 Z-1 F100\nG1 C0.4\nG0 Z0\nM2"));
+}
+
+#[test]
+fn only_a_round_cutter_that_never_feeds_may_be_driven_without_a_sign_of_it() {
+    let (drill, insert) = (cylinder(3.0, 40.0), cuboid([20.0, 2.0, 3.0]));
+    for (shape, program, expected) in [
+        (&drill, "M3 S500\nG0 Z-5\nM2", true),
+        // On the axis a drill stands.
+        (&drill, "M3 S500\nG1 Z-15 F100\nM2", false),
+        (&insert, "M3 S500\nG0 Z-5\nM2", false),
+    ] {
+        assert_eq!(may_be_driven([0.0, 0.0, 60.0], shape, program), expected, "{shape} {program}");
+    }
 }
 
 #[test]
@@ -641,9 +686,15 @@ fn a_thin_cutter_that_feeds_makes_the_stock_finer() {
 fn an_axis_is_within_a_part_where_it_passes_through_its_box() {
     let block = part("block", "", "fixture", [0.0; 3], &cuboid([10.0, 20.0, 30.0]));
     let scene = scene(&[HEAD, &block, NO_TIP].concat(), "G0 X1\nM2");
-    for (x, y, expected) in
-        [(0.0, 0.0, true), (4.0, 0.0, true), (6.0, 0.0, false), (0.0, -9.0, true), (0.0, 11.0, false)]
-    {
+    for (x, y, expected) in [
+        (0.0, 0.0, true),
+        (4.0, 0.0, true),
+        (6.0, 0.0, false),
+        (-6.0, 0.0, false),
+        (0.0, -9.0, true),
+        (0.0, 11.0, false),
+        (0.0, -11.0, false),
+    ] {
         let axis_from_part = crate::geometry::Isometry::translation(x, y, 3.0);
         let is_around = crate::check::turning::is_around(&scene.parts[0].mesh, &axis_from_part);
         assert_eq!(is_around, expected, "{x} {y}");
@@ -827,6 +878,21 @@ fn a_chuck_turns_where_no_joint_says_so() {
     // 4 mm beside the axis it is off balance.
     let told = found(&without_spindle([0.0, 4.4, -20.0], ""), program);
     assert_eq!((told.is_clear(), told.as_drawn), (true, vec![1]));
+    // 2 mm beside it, 0.04 of its reach, it is not.
+    let told = found(&without_spindle([0.0, 2.0, -20.0], ""), program);
+    assert_eq!((kinds(&told), told.as_drawn), (vec![(2, "unresolved")], vec![]));
+    // So wherever its link has its frame; on the carriage it is not beside the bar.
+    let own = without_spindle(chuck, "");
+    let told = found(&on_ram(&own, "chuck", chuck, [0.0, -30.0, -20.0], "", [0.0, 30.0, 0.0]), program);
+    assert_eq!((kinds(&told), told.as_drawn), (vec![(2, "unresolved")], vec![]));
+    let told = found(&own.replace("role = \"fixture\"\n", "link = \"carriage\"\nrole = \"fixture\"\n"), program);
+    assert_eq!((told.is_clear(), told.as_drawn), (true, vec![1]));
+    // A chuck that is a part of the machine turns where the scene says so.
+    for (turns, expected) in [("", vec![]), ("turns = \"spindle\"\n", vec![(2, "unresolved")])] {
+        let of_machine = without_spindle(chuck, turns).replace("role = \"fixture\"\n", "role = \"machine\"\n");
+        let told = found(&of_machine, program);
+        assert_eq!((kinds(&told), told.as_drawn), (expected, vec![]), "{turns}");
+    }
     // Where it does, the insert is in its ring from the beginning.
     let told = found(&without_spindle(steady, "turns = \"spindle\"\n"), program);
     assert_eq!(kinds(&told), [(0, "unresolved")]);
@@ -1086,4 +1152,308 @@ fn an_insert_between_whose_feeds_the_chuck_turns_cuts_no_disc_for_sure() {
     // What turns behind the last feed is no turn between feeds.
     let told = found(&(insert + &probe), "T1 M6\nM3 S500\nG0 Z-30\nG1 X-28 F100\nG0 C90\nG0 X0\nM2");
     assert!(told.driven.is_empty(), "{:?}", told.driven);
+}
+
+#[test]
+fn a_cutter_without_a_key_needs_the_spindle_by_which_it_can_cut() {
+    use crate::check::turning::Needs;
+    let needs = |rpy_deg: [f64; 3], shape: &str, moves: &str| {
+        let cutter = part("cutter", "slide", "cutter", [31.0, 0.0, 60.0], shape);
+        let text = [
+            LATHE,
+            "dialect = \"haas\"\n",
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &cutter.replace("] }\nshape", &format!("], rpy_deg = {rpy_deg:?} }}\nshape")),
+        ];
+        let scene = scene(&text.concat(), &format!("S500M3\nG98\nG0Z-30.\n{moves}\nM30"));
+        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+        Needs::of(&scene, &path, 0, 1)
+    };
+    let feed = "G1X-28.F200.\nG0X0.";
+    let insert = cuboid([20.0, 2.0, 3.0]);
+    assert!(matches!(needs([0.0; 3], &insert, feed), Needs::OfWorkpiece));
+    // A round cutter across the axis is driven. An insert between whose feeds the bar is turned may be driven or stand.
+    assert!(matches!(needs([0.0, 90.0, 0.0], &cylinder(6.0, 20.0), feed), Needs::OfTool));
+    let turned = format!("{feed}\nG0C90.\n{feed}");
+    assert!(matches!(needs([0.0; 3], &insert, &turned), Needs::Any));
+}
+
+#[test]
+fn what_the_head_carries_beside_the_tool_does_not_turn() {
+    let (camera, post) = ([40.0, 0.0, 60.0], [-40.0, 0.0, 0.0]);
+    for (role, expected) in [("machine", vec![]), ("holder", vec![(2, "unresolved")])] {
+        let text = [
+            HEAD,
+            &part("post", "", "fixture", post, &cuboid([20.0, 20.0, 60.0])),
+            &part("camera", "head", role, camera, &cuboid([10.0, 20.0, 20.0])),
+            TIP,
+        ]
+        .concat();
+        let told = found(&text, "M3 S1000\nG0 Z-50\nM2");
+        assert_eq!((kinds(&told), told.as_drawn), (expected, vec![]), "{role}");
+    }
+}
+
+#[test]
+fn a_round_holder_in_the_spindle_is_round_on_whatever_link_it_is_drawn() {
+    let text = [
+        HEAD,
+        // From 30 to 50 mm beside the axis.
+        &part("wall", "", "fixture", [40.0, 0.0, 0.0], &cuboid([20.0, 100.0, 60.0])),
+        &part("holder", "head", "holder", [0.0, 0.0, 60.0], &cylinder(20.0, 30.0)),
+        TIP,
+    ]
+    .concat();
+    let on_link = on_ram(&text, "holder", [0.0, 0.0, 60.0], [-30.0, 0.0, 60.0], "head", [30.0, 0.0, 0.0]);
+    for text in [text, on_link] {
+        let told = found(&text, "M3 S1000\nG0 Z-50\nM2");
+        assert!(told.is_clear() && told.as_drawn.is_empty(), "{:?}", told.events);
+    }
+}
+
+#[test]
+fn a_fluted_drill_in_the_spindle_is_turned_by_it_wherever_its_file_has_its_axis() {
+    // The axis of the drill is at X 40 of its file.
+    let drill = "{ kind = \"extrude\", height_mm = 40, outline_mm = [[37, -3], [43, -3], [43, 3], [37, 3]] }";
+    let at = |x: f64| {
+        let drill = part("drill", "head", "cutter", [x, 0.0, 30.0], drill);
+        let block = part("block", "", "workpiece", [0.0; 3], &cuboid([20.0, 20.0, 20.0]));
+        found(&[HEAD, &block, &drill, TIP].concat(), "M3 S1000\nG1 Z-22 F100\nG0 Z0\nM2").unsure
+    };
+    assert_eq!([-40.0, 0.0].map(at), [vec![], vec![1]]);
+}
+
+#[test]
+fn what_holds_a_driven_cutter_is_named_where_it_is_no_part_of_the_machine_and_not_round() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        part(name, "slide", role, [x, 0.0, 100.0], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
+    };
+    let mill = along_x("mill", "cutter", 60.0, &cylinder(5.0, 40.0)) + "turns = \"own\"\n";
+    let (block, round) = (cuboid([30.0, 20.0, 40.0]), cylinder(15.0, 40.0));
+    for (role, shape, named) in [
+        ("holder", &block, vec![2]),
+        ("holder", &round, vec![]),
+        // The turret, and an insert on it.
+        ("machine", &block, vec![]),
+        ("cutter", &block, vec![]),
+    ] {
+        let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0));
+        let text = [LATHE, &bar, &mill, &along_x("other", role, 100.0, shape)].concat();
+        assert_eq!(found(&text, "M3 S500\nG1 X-10 F200\nM2").as_drawn, named, "{role} {shape}");
+    }
+}
+
+#[test]
+fn jaws_that_slide_on_the_chuck_turn_with_it() {
+    let jaw =
+        "[[machine.links]]\nname = \"jaw\"\nparent = \"spindle\"\njoint = { axis = \"U\", direction = [1, 0, 0] }\n";
+    // Beside a flat of the chuck, within the reach of its corners.
+    let text = |link: &str| {
+        let chuck = part("chuck", "spindle", "fixture", [0.0; 3], &cuboid([80.0, 20.0, 20.0]));
+        [LATHE, jaw, &chuck, &part("jaw", link, "fixture", [0.0, 20.0, 0.0], &cuboid([4.0, 4.0, 4.0]))].concat()
+    };
+    assert_eq!(kinds(&found(&text("jaw"), "M3 S500\nG0 U5\nM2")), []);
+    // What stands there is in its way.
+    assert_eq!(kinds(&found(&text("slide"), "M3 S500\nG0 X-5\nM2")), [(0, "unresolved")]);
+}
+
+#[test]
+fn what_turns_a_table_that_carries_a_spindle_is_no_spindle() {
+    let table = "[[machine.links]]\nname = \"table\"\njoint = { axis = \"A\", direction = [0, 0, 1] }\n";
+    let spindle = "name = \"spindle\"\n";
+    let lathe = LATHE.replacen(spindle, &format!("{spindle}parent = \"table\"\n"), 1);
+    // The dog passes between 30 and 51 mm from the axis where it turns.
+    for (link, expected, named) in [("table", vec![], vec![1]), ("spindle", vec![(2, "unresolved")], vec![])] {
+        let text = [
+            lathe.replacen("[[machine.links]]\n", &format!("{table}[[machine.links]]\n"), 1).as_str(),
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &part("dog", link, "fixture", [0.0, 40.0, -20.0], &cuboid([20.0, 20.0, 20.0])),
+            &part("insert", "slide", "cutter", [60.0, 0.0, -20.0], &cuboid([4.0, 2.0, 4.0])),
+        ]
+        .concat();
+        let told = found(&text, "M3 S500\nG1 X-40 F200\nM2");
+        assert_eq!((kinds(&told), told.as_drawn), (expected, named), "{link}");
+    }
+}
+
+/// A mill of 12 mm radius along X, and behind it a holder whose corners pass 7.1 mm from its axis.
+fn driven_across(bar: &str, mill: [f64; 2], others: &str) -> String {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
+        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape") + "turns = \"own\"\n"
+    };
+    let [radius, length] = mill;
+    [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], bar),
+        &along_x("mill", "cutter", 40.0, &cylinder(radius, length)),
+        &along_x("holder", "holder", 50.0 + length, &cuboid([10.0, 10.0, 20.0])),
+        others,
+    ]
+    .concat()
+}
+
+#[test]
+fn a_driven_holder_follows_its_mill_into_a_round_bar_that_stands() {
+    let text = driven_across(&cylinder(30.0, 50.0), [12.0, 20.0], "");
+    let told = found(&text, "M3 S500\nG0 Z-40\nG1 X-70 F200\nG0 X0\nM2");
+    assert!(told.is_clear() && told.touches.is_empty(), "{:?}", told.events);
+    // A mill of 6 mm leaves no room for its corners.
+    let text = driven_across(&cylinder(30.0, 50.0), [6.0, 20.0], "");
+    let told = found(&text, "M3 S500\nG0 Z-40\nG1 X-70 F200\nG0 X0\nM2");
+    assert_eq!(kinds(&told), [(3, "collision")]);
+}
+
+#[test]
+fn a_driven_holder_is_in_the_way_of_a_bar_with_corners_at_every_angle_of_both() {
+    // Flats of the bar are 20 mm from the axis, its corners 23.1. The holder comes to 21.5 mm over the end of the bar, or to 24.
+    let text = driven_across(&polygon(6, 23.1), [2.0, 20.0], "");
+    for (x, expected) in [(-77, vec![(3, "unresolved")]), (-72, vec![])] {
+        let told = found(&text, &format!("M3 S500\nG0 Z-40\nG1 X{x} F200\nG0 X0\nM2"));
+        assert_eq!(kinds(&told), expected, "{x}");
+    }
+}
+
+#[test]
+fn a_holder_that_may_be_driven_follows_its_mill_whatever_else_is_on_the_turret() {
+    // It comes beside the bar at last.
+    let insert = part("insert", "slide", "cutter", [60.0, 0.0, 110.0], &cuboid([4.0, 2.0, 4.0]));
+    let text = driven_across(&cylinder(30.0, 50.0), [12.0, 20.0], &insert);
+    let without_key = text
+        .replace(&format!("{}\nturns = \"own\"\n", cuboid([10.0, 10.0, 20.0])), &(cuboid([10.0, 10.0, 20.0]) + "\n"));
+    for (text, named) in [(&text, vec![]), (&without_key, vec![2])] {
+        let told = found(text, "M3 S500\nG0 Z-40\nG1 X-70 F200\nG0 X0\nG0 Z-90\nM2");
+        assert!(told.is_clear(), "{:?}", told.events);
+        assert_eq!(told.as_drawn, named);
+    }
+}
+
+/// A ring around the axis, its bore 16 mm, that passes over a bar of 20 mm once that is turned to 14 mm as far as 28 mm above its lower end. Its file has it 5 mm
+/// beside the axis.
+fn ring_over_bar() -> String {
+    let ring = "{ kind = \"revolve\", profile_mm = [[16, 0], [30, 0], [30, 10], [16, 10]] }";
+    let ring = format!("{{ kind = \"compound\", parts = [{{ shape = {ring}, at = {{ xyz_mm = [-5, 0, 0] }} }}] }}");
+    [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("insert", "slide", "cutter", [36.0, 0.0, 60.0], &cuboid([12.0, 2.0, 4.0])),
+        "tool = 1\n",
+        &part("ring", "slide", "holder", [5.0, 0.0, 60.0], &ring),
+        "tool = 2\n",
+    ]
+    .concat()
+}
+
+#[test]
+fn a_ring_around_the_bar_is_free_of_it_along_the_axis_and_not_aside() {
+    let turned = "T1 M6\nM3 S500\nG0 X-32\nG1 Z-30 F200\nG0 X0\nG0 Z0\nT2 M6\nM3 S500\n";
+    let told = |moves: &str| kinds(&found(&ring_over_bar(), &format!("{turned}{moves}\nM2")));
+    assert_eq!(told("G0 Z-30\nG0 Z0"), []);
+    // Onto the shoulder, 3 mm deep.
+    assert_eq!(told("G0 Z-30\nG0 Z-35"), [(10, "collision")]);
+    // 5 mm aside, 3 mm deep.
+    for aside in ["X10", "X-10"] {
+        assert_eq!(told(&format!("G0 Z-20\nG0 {aside}")), [(10, "collision")], "{aside}");
+    }
+}
+
+#[test]
+fn what_swings_back_to_where_it_was_does_not_go_along_the_axis() {
+    // 5 mm around the bar. A swing of 0.2 radians may take it farther aside.
+    let ring = "{ kind = \"revolve\", profile_mm = [[25, 0], [35, 0], [35, 10], [25, 10]] }";
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("ring", "slide", "holder", [0.0, 0.0, 30.0], ring),
+    ];
+    let scene = scene(&text.concat(), "G0 X1\nM2");
+    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+    let axis = WorkAxis::of(&scene, &path, 0).unwrap();
+    let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
+    let piece = turning.to_base.piece(&scene.machine, &Position::default(), &Position::default(), 0, 1);
+    for (turn, is_free) in [(0.0, true), (0.2, false)] {
+        let piece = crate::stock::motion::Piece { turn, way_mm: 200.0 * turn, ..piece.clone() };
+        let mut stock = Stock::turned(&scene.parts[0].mesh, axis.axis_from_stock, 0.1).unwrap();
+        let examined = vec![turning.sweep(&piece, 0.0)];
+        let met = stock.run(&[Step { examined, cutting: Vec::new() }], 0.01);
+        assert_eq!(met.is_empty(), is_free, "{turn}");
+    }
+}
+
+#[test]
+fn nothing_is_cut_for_sure_while_the_tool_turns() {
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("insert", "turret", "cutter", [30.0, 0.0, 68.0], &cuboid([8.0, 2.0, 10.0])),
+    ];
+    let scene = scene(&text.concat(), "G0 X1\nM2");
+    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+    let axis = WorkAxis::of(&scene, &path, 0).unwrap();
+    let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
+    for (axis, is_vague) in [(Axis::Z, false), (Axis::B, true)] {
+        let mut to = Position::default();
+        to[axis] = 0.1;
+        let piece = turning.to_base.piece(&scene.machine, &Position::default(), &to, 0, 1);
+        assert_eq!(turning.cut(&piece, 0.0).is_vague(), is_vague, "{axis:?}");
+    }
+}
+
+/// [`LATHE`] with an axis Y, and an insert from 1 mm below its place to 3 mm above it.
+fn with_cross_slide(start: f64) -> String {
+    let cross =
+        "[[machine.links]]\nname = \"cross\"\nparent = \"slide\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n";
+    let start = format!("[program]\nstart = {{ y_mm = {start} }}");
+    let insert = "{ kind = \"extrude\", height_mm = 4, outline_mm = [[0, -1], [12, -1], [12, 3], [0, 3]] }";
+    [
+        &LATHE.replacen("[program]", &start, 1),
+        cross,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("insert", "cross", "cutter", [30.0, 0.0, 60.0], insert),
+    ]
+    .concat()
+}
+
+#[test]
+fn an_insert_cuts_where_it_is_beside_the_plane_of_the_axis_and_not_where_it_was() {
+    // With its edge 10 mm beside the axis, from 9 to 13 mm above it or from 7 to 11 below, it turns the bar to 13.45 or 12.21 mm.
+    for (start, y, radius) in [(0.0, 10.0, 13.45), (10.0, -10.0, 12.21), (-10.0, 10.0, 13.45)] {
+        let told = found(&with_cross_slide(start), &format!("M3 S500\nG0 Y{y}\nG0 X-40\nG1 Z-40 F200\nG1 X0\nM2"));
+        assert!(told.is_clear(), "{:?}", told.events);
+        let mut stock = told.remaining[0].stock.clone();
+        let mut is_gone = |rho: f64| stock.material_at(&Point::new(rho, 0.0, 40.0)) == Material::Gone;
+        assert_eq!([is_gone(radius - 0.2), is_gone(radius + 0.2)], [false, true], "{start} {y}");
+    }
+}
+
+/// A disc of 8 mm and 0.1 mm on an arbor of 3 mm.
+#[test]
+fn thin_pieces_count_of_what_the_axis_passes_through_and_does_not_cut() {
+    let disc = "{ kind = \"revolve\", profile_mm = [[0, 0], [8, 0], [8, 0.1], [3, 0.1], [3, 40], [0, 40]] }";
+    for (role, x, is_thin) in [("holder", 0.0, true), ("holder", 60.0, false), ("cutter", 0.0, false)] {
+        let text = [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+            &part("disc", "slide", role, [x, 0.0, 60.0], disc),
+        ];
+        let scene = scene(&text.concat(), "G0 Z1\nM2");
+        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
+        let axis = WorkAxis::of(&scene, &path, 0).unwrap();
+        let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
+        let deepest_mm = turning.deepest_mm(0.1);
+        assert!(if is_thin { deepest_mm < 0.051 } else { deepest_mm > 1.0 }, "{role} {x}: {deepest_mm}");
+    }
+}
+
+#[test]
+fn a_shank_beside_the_axis_collides_for_sure_with_a_bar_that_turns() {
+    let text = [
+        LATHE,
+        &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0)),
+        &part("insert", "slide", "cutter", [19.0, 0.0, 60.0], &cuboid([4.0, 2.0, 4.0])),
+        &part("shank", "slide", "shank", [19.0, 0.0, 70.0], &cuboid([8.0, 6.0, 8.0])),
+    ]
+    .concat();
+    // The insert turns to 17 mm, and the shank behind it comes to 15.
+    assert_eq!(kinds(&found(&text, "M3 S500\nG1 Z-40 F200\nG0 X8\nM2"))[0], (2, "collision"));
 }
