@@ -30,6 +30,8 @@ const WIDEST: f64 = TAU / 18.0;
 const MIDDLE: f64 = 0.01;
 /// Teeth repeat themselves where they fill the same of these sectors around the axis, up to this many sectors.
 const SECTORS: usize = 360;
+/// Half the angle of a sector, radians.
+const HALF_SECTOR: f64 = PI / SECTORS as f64;
 const OFF: usize = 5;
 /// A tooth fills a sector where it is this far out, of the greatest radius.
 const NEARLY: f64 = 0.99;
@@ -299,17 +301,19 @@ fn axis_from_part(scene: &Scene, axis: &WorkAxis, part: usize) -> Isometry {
 
 /// Whether parts are balanced together about an axis.
 fn is_balanced(scene: &Scene, axis: &WorkAxis, parts: &[usize]) -> bool {
-    let (mut area, mut moment, mut reach) = (0.0, Vector::zeros(), 0.0_f64);
-    for &part in parts {
+    let triangles = parts.iter().flat_map(|&part| {
         let axis_from_part = axis_from_part(scene, axis, part);
-        for triangle in scene.parts[part].mesh.triangles() {
+        let weighed = move |triangle: Triangle| {
             let corners = triangle.corners.map(|corner| (axis_from_part * corner).coords);
-            let of_triangle = triangle.double_area_normal().norm();
-            area += of_triangle;
-            moment += (corners[0] + corners[1] + corners[2]) * (of_triangle / 3.0);
-            reach = corners.iter().map(|corner| corner.x.hypot(corner.y)).fold(reach, f64::max);
-        }
-    }
+            (triangle.double_area_normal().norm(), corners)
+        };
+        scene.parts[part].mesh.triangles().into_iter().map(weighed)
+    });
+    let triangles: Vec<(f64, [Vector; 3])> = triangles.collect();
+    let area: f64 = triangles.iter().map(|(area, _)| area).sum();
+    let moment: Vector = triangles.iter().map(|(area, [a, b, c])| (a + b + c) * (area / 3.0)).sum();
+    let corners = triangles.iter().flat_map(|(_, corners)| corners);
+    let reach = corners.map(|corner| corner.x.hypot(corner.y)).fold(0.0, f64::max);
     moment.x.hypot(moment.y) <= OFF_BALANCE * reach * area
 }
 
@@ -475,8 +479,8 @@ impl Slab {
         let far = NEARLY * self.radii[1];
         for (p, q) in piece.iter().zip(piece.iter().cycle().skip(1)) {
             // Steps of less than a sector as long as the edge is that far out.
-            let steps =
-                ((q - p).xy().norm() / far.max(SAME_MM) * SECTORS as f64 / PI).ceil().clamp(1.0, 4096.0) as usize;
+            let angle = (q - p).xy().norm() / far.max(SAME_MM);
+            let steps = (angle / HALF_SECTOR).ceil().clamp(1.0, 4096.0) as usize;
             for step in 0..=steps {
                 let at = p + (q - p) * (step as f64 / steps as f64);
                 if at.x.hypot(at.y) >= far {

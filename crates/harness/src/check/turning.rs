@@ -132,7 +132,7 @@ impl Turning {
         let body = self.body_around()?;
         let stock_from_axis = self.spindle.axis_from_stock.inverse();
         let [first, last] = ends.map(|pose| stock_from_axis * pose);
-        Some(body.sweep([&first, &last], chord_mm + 2.0 * SAME_MM))
+        Some(body.sweep([&first, &last], 2.0 * SAME_MM + chord_mm))
     }
 
     /// What the part takes away on the piece: nothing for sure while it turns, or goes across the plane of its section.
@@ -165,7 +165,7 @@ impl Turning {
             sections.len() - 1
         });
         let place = [start.translation.x, start.translation.z];
-        Some(sections[known].tool.sweep(&self.spindle, place, [travel.x, travel.z], chord_mm + 2.0 * SAME_MM))
+        Some(sections[known].tool.sweep(&self.spindle, place, [travel.x, travel.z], 2.0 * SAME_MM + chord_mm))
     }
 
     /// How deep a point can be in the part at most, mm: in its section, or in its body of revolution, of which thin pieces count as in [`Body::deepest_mm`].
