@@ -30,9 +30,11 @@ const WIDEST: f64 = TAU / 18.0;
 const MIDDLE: f64 = 0.01;
 /// Teeth repeat themselves where they fill the same of these sectors around the axis, up to this many sectors.
 const SECTORS: usize = 360;
+const OFF: usize = 5;
 /// Half the angle of a sector, radians.
 const HALF_SECTOR: f64 = PI / SECTORS as f64;
-const OFF: usize = 5;
+/// A triangle is seen edge-on from the axis up to this sine, above the rounding of the 24 bits of an STL file.
+const EDGE_ON: f64 = 1e-6;
 /// A tooth fills a sector where it is this far out, of the greatest radius.
 const NEARLY: f64 = 0.99;
 /// What a spindle turns is balanced: the middle of its surface is this near to the axis, as a part of its greatest radius.
@@ -417,8 +419,8 @@ struct Slab {
     high: f64,
     /// Least and greatest distance from the axis.
     radii: [f64; 2],
-    /// Whether the axis is outside the mesh there: the nearest triangle faces it.
-    is_hollow: bool,
+    /// Whether the axis is outside the mesh there: the nearest triangles face it. `None` where they do not tell, because they are seen edge-on from the axis.
+    hollow: Option<bool>,
     /// Sectors in which something is nearly as far from the axis as anything.
     sectors: [bool; SECTORS],
 }
@@ -459,16 +461,25 @@ fn heights(places: &[Point]) -> Vec<f64> {
 
 impl Slab {
     const fn between(low: f64, high: f64) -> Self {
-        Self { low, high, radii: [f64::INFINITY, 0.0], is_hollow: false, sectors: [false; SECTORS] }
+        Self { low, high, radii: [f64::INFINITY, 0.0], hollow: None, sectors: [false; SECTORS] }
+    }
+
+    fn is_hollow(&self) -> bool {
+        self.hollow == Some(true)
     }
 
     fn take_in(&mut self, piece: &[Point], normal: &Vector) {
         let Some(nearest) = nearest_to_axis(piece) else { return };
         let distance = nearest.x.hypot(nearest.y);
         if distance < self.radii[0] + SAME_MM {
-            let faces_it = nearest.coords.x * normal.x + nearest.coords.y * normal.y < 0.0;
+            let outward = nearest.x * normal.x + nearest.y * normal.y;
+            // What lies in a plane through the axis, or across it, tells nothing; what joins it there does.
+            let faces_it = (outward.abs() > EDGE_ON * distance * normal.norm()).then_some(outward < 0.0);
             let is_tie = distance > self.radii[0] - SAME_MM;
-            self.is_hollow = faces_it && (self.is_hollow || !is_tie);
+            self.hollow = match (self.hollow.filter(|_| is_tie), faces_it) {
+                (Some(before), Some(faces_it)) => Some(before && faces_it),
+                (before, faces_it) => before.or(faces_it),
+            };
             self.radii[0] = self.radii[0].min(distance);
         }
         self.radii[1] = piece.iter().map(|p| p.x.hypot(p.y)).fold(self.radii[1], f64::max);
@@ -506,7 +517,7 @@ fn repeat(slabs: &[Slab]) -> bool {
 fn rings(slabs: &[Slab], axis_from_part: &Isometry) -> Option<Mesh> {
     let mut rings: Vec<[f64; 4]> = Vec::new();
     for slab in slabs {
-        let inner = if slab.is_hollow { slab.radii[0] } else { 0.0 };
+        let inner = if slab.is_hollow() { slab.radii[0] } else { 0.0 };
         match rings.last_mut() {
             Some([.., high, r, s]) if *high == slab.low && *r == inner && *s == slab.radii[1] => *high = slab.high,
             _ => rings.push([slab.low, slab.high, inner, slab.radii[1]]),
@@ -621,7 +632,7 @@ repeat = { kind = "around", count = 3 }"#,
         for vertex in moved.vertices() {
             let (r, z) = radii(vertex);
             let is_in = |slab: &Slab| {
-                let inner = if slab.is_hollow { slab.radii[0] } else { 0.0 };
+                let inner = if slab.is_hollow() { slab.radii[0] } else { 0.0 };
                 (slab.low - 1e-5..=slab.high + 1e-5).contains(&z) && (inner - 1e-5..=slab.radii[1] + 1e-5).contains(&r)
             };
             assert!(slabs.iter().any(is_in), "{r} {z}");
@@ -633,7 +644,7 @@ repeat = { kind = "around", count = 3 }"#,
     #[test]
     fn a_slab_is_hollow_where_all_that_is_nearest_faces_the_axis() {
         let piece = |x: f64| [Point::new(x, -1.0, 0.2), Point::new(x, 1.0, 0.2), Point::new(x, 0.0, 0.8)];
-        let (inward, outward) = (-Vector::x(), Vector::x());
+        let (inward, outward, aside) = (-Vector::x(), Vector::x(), Vector::y());
         for (pieces, is_hollow) in [
             (vec![(5.0, inward)], true),
             (vec![(5.0, outward)], false),
@@ -641,12 +652,19 @@ repeat = { kind = "around", count = 3 }"#,
             (vec![(5.0, outward), (5.0, inward)], false),
             (vec![(5.0, outward), (4.0, inward)], true),
             (vec![(5.0, inward), (6.0, outward)], true),
+            // Of two at an edge the one decides that is not seen edge-on.
+            (vec![(5.0, aside), (5.0, inward)], true),
+            (vec![(5.0, inward), (5.0, aside)], true),
+            (vec![(5.0, aside), (5.0, outward)], false),
+            (vec![(5.0, outward), (5.0, aside), (5.0, inward)], false),
+            (vec![(5.0, aside)], false),
+            (vec![(5.0, inward), (4.0, aside)], false),
         ] {
             for turn in [0.0, 0.5, 2.0, 4.0] {
                 let turn = Isometry::rotation(Vector::z() * turn);
                 let mut slab = Slab::between(0.0, 1.0);
                 pieces.iter().for_each(|(x, normal)| slab.take_in(&piece(*x).map(|p| turn * p), &(turn * normal)));
-                assert_eq!(slab.is_hollow, is_hollow, "{pieces:?}");
+                assert_eq!(slab.is_hollow(), is_hollow, "{pieces:?}");
                 let least = pieces.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
                 assert!((slab.radii[0] - least).abs() < 1e-12, "{slab:?}");
             }
@@ -670,7 +688,7 @@ repeat = { kind = "around", count = 3 }"#,
 
     #[test]
     fn slabs_of_equal_radii_that_join_are_one_ring() {
-        let slab = |low, high, radii| Slab { radii, is_hollow: true, ..Slab::between(low, high) };
+        let slab = |low, high, radii| Slab { radii, hollow: Some(true), ..Slab::between(low, high) };
         let mut slabs = vec![slab(0.0, 1.0, [5.0, 9.0]), slab(1.0, 2.0, [5.0, 9.0])];
         let count = |slabs: &[Slab]| rings(slabs, &Isometry::identity()).unwrap().vertices().len() / (4 * SIDES);
         assert_eq!(count(&slabs), 1);
@@ -683,7 +701,7 @@ repeat = { kind = "around", count = 3 }"#,
 
     #[test]
     fn the_sides_of_a_ring_are_outside_all_that_it_holds() {
-        let slab = Slab { radii: [5.0, 9.0], is_hollow: true, ..Slab::between(0.0, 1.0) };
+        let slab = Slab { radii: [5.0, 9.0], hollow: Some(true), ..Slab::between(0.0, 1.0) };
         let ring = rings(&[slab], &Isometry::identity()).unwrap();
         let nearest = |t: &Triangle| nearest_to_axis(&t.corners).unwrap().coords.xy().norm();
         let outer = ring.triangles().into_iter().filter(|t| t.corners.iter().all(|p| p.x.hypot(p.y) > 8.0));
@@ -710,7 +728,7 @@ repeat = { kind = "around", count = 3 }"#,
         for (normal, is_hollow) in [(Vector::new(-0.1, 0.5, 0.0), false), (Vector::new(0.1, -0.5, 0.0), true)] {
             let mut slab = Slab::between(0.0, 1.0);
             slab.take_in(&piece, &normal);
-            assert_eq!((slab.is_hollow, slab.radii[0]), (is_hollow, 5.0));
+            assert_eq!((slab.is_hollow(), slab.radii[0]), (is_hollow, 5.0));
         }
     }
 

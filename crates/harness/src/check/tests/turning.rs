@@ -925,6 +925,21 @@ fn a_chuck_without_a_workpiece_turns_or_is_named() {
 }
 
 #[test]
+fn what_turns_beside_the_axis_leaves_its_middle_free_wherever_its_sides_are() {
+    // The dog is from 30 to 50 mm beside the axis. One of its sides may lie in a plane through the axis. The insert stays within 12.5 mm, or 33.
+    for dog in [[0.0, 40.0, -20.0], [10.0, 40.0, -20.0], [-10.0, 40.0, -20.0]] {
+        for (x, expected) in [(10.0, vec![]), (31.0, vec![(2, "unresolved")])] {
+            let text = [
+                LATHE,
+                &part("dog", "spindle", "fixture", dog, &cuboid([20.0, 20.0, 20.0])),
+                &part("insert", "slide", "cutter", [x, 0.0, -60.0], &cuboid([4.0, 2.0, 4.0])),
+            ];
+            assert_eq!(kinds(&found(&text.concat(), "M3 S500\nG1 Z80 F200\nM2")), expected, "{dog:?} {x}");
+        }
+    }
+}
+
+#[test]
 fn the_chuck_of_a_second_spindle_turns_or_is_named() {
     let second = "[[machine.links]]\nname = \"slide-2\"\njoint = { axis = \"W\", direction = [0, 0, 1] }\n\
         [[machine.links]]\nname = \"spindle-2\"\nparent = \"slide-2\"\njoint = { axis = \"A\", direction = [0, 0, 1] }\n[program]";
