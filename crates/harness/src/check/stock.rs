@@ -856,6 +856,7 @@ const JOINED: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests;
     use super::*;
 
     #[test]
@@ -913,5 +914,227 @@ mod tests {
         second.near.retain(|(near, _)| *near == other);
         first.join(&mut second, pair);
         assert_eq!((first.contacts.len(), first.touches.iter().map(|touch| touch.pair).collect()), (1, vec![other]));
+        // What ends where the other stock is cut first is certain.
+        first.contacts = vec![StockContact { to: 5.0, ..contact }];
+        second.touches = vec![touch.clone(), Touch { pair: other, ..touch }];
+        first.join(&mut second, pair);
+        assert_eq!(first.contacts, [StockContact { to: 5.0, ..contact }]);
+        assert_eq!(second.touches.iter().map(|touch| touch.pair).collect::<Vec<_>>(), [other]);
+    }
+
+    fn path_of(scene: &Scene) -> Path<'_> {
+        Path::new(scene, scene.program.as_ref().unwrap()).unwrap()
+    }
+
+    /// The first workpiece, uncut, and all that may come into it as drawn.
+    fn workpiece_of<'a>(scene: &'a Scene, path: &'a Path<'a>) -> Workpiece<'a> {
+        let spun = Spun::of(scene, scene.program.as_ref().unwrap(), path);
+        let count = scene.parts.len();
+        let pairs: Vec<Pair> = (0..count).flat_map(|a| (a + 1..count).map(move |b| Pair { a, b })).collect();
+        let settings = Settings { is_solid: true, ..Settings::standard() };
+        Workpiece::all(scene, path, &pairs, (&spun, &[]), &settings).unwrap().0.remove(0)
+    }
+
+    fn stretch([from, to]: [f64; 2]) -> Stretch {
+        Stretch { nearness: 0, from, to, least_mm: 0.0, least_at: from, inside: false, goes_on: false }
+    }
+
+    /// [`tests::CUBES`] as a workpiece and a holder that is not round.
+    fn with_holder(program: &str) -> Scene {
+        tests::scene(&tests::with_cutter().replace("\"cutter\"", "\"holder\""), program)
+    }
+
+    fn route_of<'a>(workpiece: &'a Workpiece<'a>, touching: &'a [Vec<Stretch>]) -> Route<'a> {
+        let Workpiece { scene, path, ref others, .. } = *workpiece;
+        Route { scene, path, others, touching, pad_mm: 0.005, unround_from: usize::MAX }
+    }
+
+    #[test]
+    fn a_part_may_touch_where_the_scan_says_so_ends_included() {
+        let scene = with_holder("G0 Z80\nM2");
+        let path = path_of(&scene);
+        let workpiece = workpiece_of(&scene, &path);
+        let touching = [vec![stretch([2.0, 4.0]), stretch([6.0, 7.0])]];
+        let route = route_of(&workpiece, &touching);
+        for (from, to, expected) in [
+            (0.0, 1.9, false),
+            (0.0, 2.0, true),
+            (3.0, 3.5, true),
+            (4.0, 5.0, true),
+            (4.5, 5.0, false),
+            (4.5, 6.0, true),
+            (0.0, 9.0, true),
+            (7.5, 9.0, false),
+        ] {
+            assert_eq!(route.may_touch(0, from, to), expected, "{from} {to}");
+        }
+    }
+
+    #[test]
+    fn a_step_ends_where_the_way_bends_or_the_move_the_probe_or_contact_changes() {
+        let last = |program: &str, touching: [f64; 2], ats: &[usize]| {
+            let scene = with_holder(program);
+            let path = path_of(&scene);
+            let workpiece = workpiece_of(&scene, &path);
+            let touching = [vec![stretch(touching)]];
+            let route = route_of(&workpiece, &touching);
+            ats.iter().map(|&at| route.straight_to(at, path.samples().len())).collect::<Vec<_>>()
+        };
+        let never = [1e9, 1e9];
+        // Two moves of ten samples on one straight way.
+        assert_eq!(last("G0 Z90\nG0 Z80\nM2", never, &[1, 10, 11]), [10, 10, 20]);
+        // Contact on the way to place 5.
+        assert_eq!(last("G0 Z90\nG0 Z80\nM2", [4.2, 4.8], &[1, 5, 6]), [4, 5, 10]);
+        // A probe goes ten places, and is back after as many of twenty.
+        assert_eq!(last("G38.2 Z90 F500\nG0 Z110\nM2", never, &[1, 11, 21]), [10, 20, 30]);
+        assert_eq!(last("G18\nG2 X10 Z90 R10 F500\nM2", never, &[1, 2]), [1, 2]);
+    }
+
+    #[test]
+    fn a_workpiece_may_be_cut_from_the_beginning_of_the_first_way_near_it() {
+        // One way each to places 1 and 11; from there into the workpiece, and into it once more.
+        let scene = tests::scene(&tests::with_cutter(), "M3 S1000\nG1 X1 F6000\nG1 Z90\nG1 Z15\nG0 Z60\nG1 Z10\nM2");
+        let path = path_of(&scene);
+        let mut workpiece = workpiece_of(&scene, &path);
+        let end = path.samples().len();
+        let met = workpiece.run(end, false, &Settings::standard(), &|_, _| Vec::new());
+        assert_eq!((met.cut_from, met.last), (Some(11.0), end));
+    }
+
+    #[test]
+    fn a_round_workpiece_is_round_until_a_driven_cutter_feeds() {
+        let at = tests::LATHE.find("[program]").unwrap();
+        let insert = format!("{}tool = 1\n", &tests::LATHE[..at]);
+        let drill = "[[parts]]\nname = \"drill\"\nlink = \"cross\"\nrole = \"cutter\"\ntool = 2\nturns = \"own\"\nshape = { kind = \"cylinder\", radius_mm = 3, height_mm = 10 }\n";
+        let text = format!("{insert}{drill}{}step_mm = 1000\n", &tests::LATHE[at..]);
+        // Each move is one place: the insert feeds to place 2, the drill to place 5.
+        let program = "T1 M6\nG1 X50 F100\nT2 M6\nG0 X60\nG1 X70\nG0 X80\nM2";
+        let scene = tests::scene(&text, program);
+        let path = path_of(&scene);
+        let mut workpiece = workpiece_of(&scene, &path);
+        for asks in [true, false] {
+            workpiece.others[0].once_unround = asks;
+            let touching = vec![Vec::new(); workpiece.others.len()];
+            let route = route_of(&workpiece, &touching);
+            let found: Vec<usize> = (1..=6).filter(|&at| route.cuts_unround(at)).collect();
+            assert_eq!(found, if asks { vec![5] } else { vec![] });
+        }
+    }
+
+    #[test]
+    fn a_cutter_that_either_of_two_may_turn_is_in_one_ball() {
+        let text = tests::with_tip();
+        let (at, to) = (text.rfind("name = \"moved\"").unwrap(), text.find("[program]").unwrap());
+        // 40 mm beside the spindle's axis, 40 mm long: up to 20.1 mm from its middle.
+        let drill = "name = \"drill\"\nlink = \"head\"\nrole = \"cutter\"\nat = { xyz_mm = [40, 0, 0] }\nshape = { kind = \"cylinder\", radius_mm = 2, height_mm = 40 }\n";
+        let text = [&text[..at], drill, &text[to..]].concat();
+        let text = text.replacen("name = \"fixed\"\n", "name = \"fixed\"\nrole = \"workpiece\"\n", 1);
+        let scene = tests::scene(&text, "M3 S1000\nG1 Z90 F500\nM2");
+        let path = path_of(&scene);
+        let workpiece = workpiece_of(&scene, &path);
+        let Other { own, chain, .. } = &workpiece.others[0];
+        let still = crate::geometry::Isometry::identity();
+        // One radian turns what is farthest from the middle by as much as it is far.
+        let piece = Piece { from: 0.0, to: 1.0, first: still, last: still, turn: 1.0, way_mm: 0.0, sag_mm: 0.0 };
+        let (_, radius_mm) = chain.unturned(&piece);
+        assert!(own.is_some() && (radius_mm - 60.1).abs() < 0.2, "{radius_mm}");
+    }
+
+    /// A ledger of two cubes on the way of [`tests::CUBES`]: 85 places down and 85 up.
+    fn with_ledger(touching: Vec<Stretch>, test: impl FnOnce(&mut Ledger<'_>, &Scene)) {
+        let scene = tests::scene(&tests::with_cutter(), "G0 Z15\nG0 Z100\nM2");
+        let path = path_of(&scene);
+        let workpiece = workpiece_of(&scene, &path);
+        test(&mut Ledger::new(&path, &workpiece.others, &[touching], 0.1), &scene);
+    }
+
+    #[test]
+    fn the_first_contact_is_known_when_it_is_certain_or_its_line_is_over() {
+        let (certain, uncertain) = (Depth { low: 1.0, high: 2.0 }, Depth { low: 0.0, high: 2.0 });
+        let (pair, kind) = (Pair { a: 0, b: 1 }, Kind::RapidIntoWorkpiece);
+        let contact = |depth: Depth, is_turned: bool| StockContact {
+            pair,
+            is_turned,
+            kind,
+            from: 80.0,
+            to: 82.0,
+            depth,
+            deepest_at: 80.0,
+        };
+        // Places up to 85 are of the line of the contact.
+        for (contacts, at, expected) in [
+            (vec![], 90, false),
+            (vec![contact(certain, false)], 83, true),
+            (vec![contact(uncertain, false)], 83, false),
+            (vec![contact(uncertain, false)], 90, true),
+            (vec![contact(certain, true)], 90, false),
+            (vec![contact(certain, true), contact(uncertain, false)], 83, false),
+        ] {
+            with_ledger(Vec::new(), |ledger, scene| {
+                ledger.met.contacts = contacts;
+                assert_eq!(ledger.knows_first(scene, at), expected, "{at} {:?}", ledger.met.contacts);
+                // That of two workpieces may be none.
+                let mut of_two = scene.clone();
+                of_two.parts[1].role = Role::Workpiece;
+                assert!(!ledger.knows_first(&of_two, at));
+            });
+        }
+    }
+
+    /// What a ledger tells of contacts on steps from and to places, between parts of the steps, and of a depth that is certain: from, to and depth.
+    fn told(touching: Vec<Stretch>, contacts: &[(Kind, [f64; 2], [f64; 2], f64)]) -> Vec<(f64, f64, f64)> {
+        let mut found = Vec::new();
+        with_ledger(touching, |ledger, _| {
+            for &(kind, [from, to], part, low) in contacts {
+                let contact = Contact { step: 0, part: 0, from: part[0], to: part[1], depth: Depth { low, high: 2.0 } };
+                ledger.contact(0, kind, &Told { from, to, examined: Vec::new() }, &contact);
+            }
+            found = ledger.met.contacts.iter().map(|contact| (contact.from, contact.to, contact.depth.low)).collect();
+        });
+        found
+    }
+
+    #[test]
+    fn contacts_that_part_by_a_thousandth_of_a_step_are_one() {
+        let kind = Kind::RapidIntoWorkpiece;
+        let before = (kind, [20.0, 30.0], [0.25, 1.0], 1.0);
+        // A step of 50 places, of which a thousandth is 0.05.
+        assert_eq!(told(Vec::new(), &[before, (kind, [30.0, 80.0], [0.0008, 1.0], 1.0)]), [(22.5, 80.0, 1.0)]);
+        assert_eq!(told(Vec::new(), &[before, (kind, [30.0, 80.0], [0.0012, 1.0], 1.0)]).len(), 2);
+    }
+
+    #[test]
+    fn what_may_be_contact_does_not_begin_a_certain_one_of_a_later_line_or_another_kind() {
+        let (rapid, whole) = (Kind::RapidIntoWorkpiece, [0.0, 1.0]);
+        let (before, here, later) = ([80.5, 81.5], [81.5, 82.5], [85.0, 86.0]);
+        let at_once = [(rapid, before, whole, 0.0), (rapid, here, whole, 1.0)];
+        assert_eq!(told(Vec::new(), &at_once), [(80.5, 82.5, 1.0)]);
+        let on_next_line = [(rapid, [84.5, 85.0], whole, 0.0), (rapid, later, whole, 1.0)];
+        assert_eq!(told(Vec::new(), &on_next_line), [(84.5, 85.0, 0.0), (85.0_f64.next_up(), 86.0, 1.0)]);
+        let other_kind = [(Kind::Unresolved, before, whole, 0.0), (rapid, here, whole, 1.0)];
+        assert_eq!(told(Vec::new(), &other_kind), [(80.5, 81.5, 0.0), (81.5, 82.5, 1.0)]);
+    }
+
+    #[test]
+    fn contact_begins_where_the_uncut_workpiece_is_touched() {
+        let touching = vec![stretch([1.0, 2.0]), stretch([4.25, 4.5]), stretch([4.7, 4.8])];
+        let begin = |from: f64| told(touching.clone(), &[(Kind::Collision, [4.0, 5.0], [from, 1.0], 1.0)])[0].0;
+        // Where it is touched already, or for the last time, contact begins at once.
+        assert_eq!([0.0, 0.375, 0.5, 0.625].map(begin), [4.25, 4.375, 4.5, 4.7]);
+    }
+
+    #[test]
+    fn only_another_workpiece_as_drawn_is_near() {
+        let scene = tests::scene(&tests::with_cutter(), "G0 Z80\nM2");
+        let path = path_of(&scene);
+        let mut workpiece = workpiece_of(&scene, &path);
+        for (role, is_turned, count) in
+            [(Role::Workpiece, false, 1), (Role::Workpiece, true, 0), (Role::Cutter, false, 0), (Role::Cutter, true, 0)]
+        {
+            (workpiece.others[0].role, workpiece.others[0].is_turned) = (role, is_turned);
+            let mut ledger = Ledger::new(&path, &workpiece.others, &[], 0.1);
+            ledger.meet(0, [1.0, 2.0]);
+            assert_eq!(ledger.met.near.len(), count, "{role:?} {is_turned}");
+        }
     }
 }

@@ -1,3 +1,4 @@
+mod stock;
 mod turning;
 
 use super::event::{EventWriter, runs};
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 
 /// A cube of 20 mm on a slide along Z that stands at 100 at first, over one that is fixed, both about their origins: they are Z - 20
 /// apart. X slides it sideways. Rapids at 100 mm/s.
-const CUBES: &str = r#"
+pub(super) const CUBES: &str = r#"
 title = "Two cubes"
 [[machine.links]]
 name = "cross"
@@ -41,7 +42,7 @@ rapid_mm_min = 6000
 "#;
 
 /// [`CUBES`] with an axis Y and a tool of 10 mm whose tip may be led.
-fn with_tip() -> String {
+pub(super) fn with_tip() -> String {
     CUBES
         .replacen("name = \"cross\"\n", "name = \"side\"\njoint = { axis = \"Y\", direction = [0, 1, 0] }\n[[machine.links]]\nname = \"cross\"\nparent = \"side\"\n", 1)
         .replacen("[program]\n", "[program]\ntools = [{ number = 1, offset = { z_mm = 10 } }]\ntool_centre_point = { tool_link = \"head\" }\n", 1)
@@ -51,7 +52,7 @@ fn with_tip() -> String {
 const OPEN: &str = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 0 0 10\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
 /// Programs of LinuxCNC's lathes give diameters, too.
-fn scene(text: &str, program: &str) -> Scene {
+pub(super) fn scene(text: &str, program: &str) -> Scene {
     let is_lathe = text.contains("controller = \"lathe\"") && !text.contains("dialect = ");
     let diameters = if is_lathe { "G7 " } else { "" };
     let program = format!("{diameters}{program}");
@@ -186,7 +187,7 @@ fn a_rapid_may_not_even_touch_a_finished_workpiece() {
 }
 
 /// [`CUBES`] as a workpiece and a cutter.
-fn with_cutter() -> String {
+pub(super) fn with_cutter() -> String {
     let with_role = |text: &str, name: &str, role: &str| {
         let name = format!("name = \"{name}\"\n");
         text.replacen(&name, &format!("{name}role = \"{role}\"\n"), 1)
@@ -595,7 +596,7 @@ fn a_cutter_with_a_thin_blade_is_named_whatever_its_hub() {
 
 /// A bar of 20 mm radius from 25 to 45 mm along a spindle at (3, 4, 100), and an insert of 4 x 2 x 4 mm. X is slanted; at X 12 the insert is from 11.77
 /// to 15.77 mm beside the axis.
-const LATHE: &str = r#"
+pub(super) const LATHE: &str = r#"
 title = "A bar that turns"
 [[machine.links]]
 name = "carriage"

@@ -3,7 +3,7 @@
 use super::*;
 
 /// A head with a spindle along Z, on slides along X and Z.
-const HEAD: &str = r#"
+pub(super) const HEAD: &str = r#"
 title = "Spindle"
 [[machine.links]]
 name = "cross"
@@ -15,7 +15,7 @@ joint = { axis = "Z", direction = [0, 0, 1] }
 "#;
 
 /// A workpiece on a spindle along Z, a turret on slides along Z and X, which turns about its own place, and an insert on it beside the bar.
-const LATHE: &str = r#"
+pub(super) const LATHE: &str = r#"
 title = "Lathe"
 [[machine.links]]
 name = "spindle"
@@ -36,19 +36,20 @@ file = "own.ngc"
 controller = "lathe"
 "#;
 
-fn part(name: &str, link: &str, role: &str, at: [f64; 3], shape: &str) -> String {
+pub(super) fn part(name: &str, link: &str, role: &str, at: [f64; 3], shape: &str) -> String {
     let link = if link.is_empty() { String::new() } else { format!("link = \"{link}\"\n") };
     format!("[[parts]]\nname = \"{name}\"\n{link}role = \"{role}\"\nat = {{ xyz_mm = {at:?} }}\nshape = {shape}\n")
 }
 
-const TIP: &str = "[program]\nfile = \"own.ngc\"\ntool_centre_point = { tool_link = \"head\", gauge_mm = [0, 0, 0] }\n";
-const NO_TIP: &str = "[program]\nfile = \"own.ngc\"\n";
+pub(super) const TIP: &str =
+    "[program]\nfile = \"own.ngc\"\ntool_centre_point = { tool_link = \"head\", gauge_mm = [0, 0, 0] }\n";
+pub(super) const NO_TIP: &str = "[program]\nfile = \"own.ngc\"\n";
 
-fn found(text: &str, program: &str) -> Outcome {
+pub(super) fn found(text: &str, program: &str) -> Outcome {
     checked(&scene(text, program), &with_zones(&[]))
 }
 
-fn kinds(outcome: &Outcome) -> Vec<(u32, &'static str)> {
+pub(super) fn kinds(outcome: &Outcome) -> Vec<(u32, &'static str)> {
     outcome.events.iter().map(|event| (event.first.line, event.kind.name())).collect()
 }
 
@@ -62,16 +63,16 @@ fn polygon(sides: usize, radius: f64) -> String {
     format!("{{ kind = \"extrude\", height_mm = 50, outline_mm = [{}] }}", outline.join(", "))
 }
 
-fn cylinder(radius: f64, height: f64) -> String {
+pub(super) fn cylinder(radius: f64, height: f64) -> String {
     format!("{{ kind = \"cylinder\", radius_mm = {radius}, height_mm = {height} }}")
 }
 
-fn cuboid(size: [f64; 3]) -> String {
+pub(super) fn cuboid(size: [f64; 3]) -> String {
     format!("{{ kind = \"rounded-box\", size_mm = {size:?} }}")
 }
 
 /// A shank of 20 mm along Z and a blade at its lower end that reaches 60 mm towards X: no cylinder around it has its axis.
-const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
+pub(super) const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
 
 #[test]
 fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
@@ -613,7 +614,7 @@ fn a_chuck_that_carries_a_turning_part_is_on_a_spindle_all_the_same() {
 }
 
 /// A block whose top is at 10 mm, and a cutter whose tip is 20 mm above Z.
-fn block_and_cutter() -> String {
+pub(super) fn block_and_cutter() -> String {
     let block = part("block", "", "workpiece", [0.0; 3], &cuboid([60.0, 20.0, 20.0]));
     [HEAD, &block, &part("cutter", "head", "cutter", [0.0, 0.0, 20.0], &cylinder(2.0, 20.0)), NO_TIP].concat()
 }
