@@ -591,7 +591,7 @@ impl<'a> Route<'a> {
 
     /// Parts that are there on the way to a place, and asked.
     fn present(&self, at: usize) -> impl Iterator<Item = usize> {
-        let is_unround = at > self.unround_from && !self.works_driven(at);
+        let is_unround = at >= self.unround_from && !self.works_driven(at);
         self.mounted(at).filter(move |&other| is_unround || !self.others[other].once_unround)
     }
 

@@ -177,6 +177,38 @@ fn a_round_cutter_cuts_for_sure_where_the_axis_of_the_spindle_is_not_known() {
     assert!(told.is_clear(), "{:?}", told.events);
 }
 
+/// A driven mill, an arbor that follows it into its hole, and an insert that is there all the time: the bar may turn.
+#[test]
+fn what_follows_a_driven_cutter_into_a_bar_that_may_turn_meets_it_however_coarse_the_samples_are() {
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
+        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
+        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
+    };
+    let text = |insert: &str| {
+        [
+            LATHE,
+            &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0)),
+            &along_x("mill", "cutter", 40.0, &cylinder(6.0, 20.0)),
+            "turns = \"own\"\n",
+            &along_x("arbor", "shank", 60.0, &cylinder(4.0, 20.0)),
+            insert,
+        ]
+        .concat()
+    };
+    // The insert is beside the end of the bar where the mill cuts.
+    let program = "M3 S500\nG0 Z-70\nG0 Z-40\nG1 X-80 F200\nM2";
+    let insert = part("insert", "slide", "cutter", [50.0, 0.0, 110.0], &cuboid([4.0, 2.0, 4.0]));
+    for (sampling, insert, expected) in [
+        ("", "", vec![]),
+        ("", &insert, vec![(4, "unresolved")]),
+        // The whole feed is one sample.
+        (COARSE, &insert, vec![(4, "unresolved")]),
+    ] {
+        let text = text(insert).replacen("[program]\n", &format!("[program]\n{sampling}"), 1);
+        assert_eq!(kinds(&found(&text, program)), expected, "{sampling} {insert}");
+    }
+}
+
 #[test]
 fn a_resolution_much_finer_than_the_workpiece_is_refused() {
     let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(20.0, 50.0));
