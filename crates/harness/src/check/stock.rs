@@ -172,8 +172,7 @@ impl Met {
 
     /// The parts of a contact with this workpiece, uncut, where its stock is not free of it either. They are not certain.
     fn confirmed(&self, contact: &StockContact) -> Vec<StockContact> {
-        let meets = |[from, to]: [f64; 2]| from <= contact.to && contact.from <= to;
-        let near = self.near.iter().filter(|(pair, way)| *pair == contact.pair && meets(*way));
+        let near = self.near.iter().filter(|(pair, _)| *pair == contact.pair);
         let part = |&(_, [from, to]): &(Pair, [f64; 2])| StockContact {
             // A whole place belongs to the move that leads to it.
             from: if from > contact.from { from.next_up() } else { contact.from },
@@ -287,14 +286,8 @@ impl<'a> Workpiece<'a> {
         &Settings { tolerance_mm, stock_budget: budget, .. }: &Settings,
         stretches: &dyn Fn(Pair, bool) -> Vec<Stretch>,
     ) -> Met {
-        let touching: Vec<Vec<Stretch>> = self
-            .others
-            .iter()
-            .map(|other| match other.role {
-                Role::Cutter => Vec::new(),
-                _ => runs(&stretches(other.pair, other.is_turned), 0),
-            })
-            .collect();
+        let touching = |other: &Other| runs(&stretches(other.pair, other.is_turned), 0);
+        let touching: Vec<Vec<Stretch>> = self.others.iter().map(touching).collect();
         let Self { scene, path, stock, others, given_up, .. } = self;
         let pad_mm = PAD * stock.resolution_mm();
         let mut route = Route { scene, path, others, touching: &touching, pad_mm, unround_from: usize::MAX };
@@ -361,7 +354,6 @@ impl<'a> Examined<'a, '_> {
     fn cut(&self, resolution_mm: f64, is_solid: bool, coarser: f64) -> Result<Workpiece<'a>, StockError> {
         match self.axis.map(|axis| self.flat(axis, resolution_mm)) {
             Some(Ok(Some(workpiece))) if !is_solid => Ok(workpiece),
-            Some(Err(StockError::Resolution(mm))) => Err(StockError::Resolution(mm)),
             // A half section is not enough: a cutter turns as well, or the workpiece is not round.
             Some(_) if !is_solid => self.solid(coarser * resolution_mm),
             _ => self.solid(resolution_mm),
@@ -439,10 +431,10 @@ impl<'a> Examined<'a, '_> {
         // One that is not round is only taken as driven because the program turns the workpiece between its feeds: it may as well stand.
         let may_stand = axis.is_some() && turning.is_none() && turns.is_none() && body.axis().is_none();
         let body = if may_stand { body.vague() } else { body };
-        let turns = role == Role::Cutter && turning.is_none() && !stands;
-        let is_unround = mesh.edge_report().is_watertight() && body.axis().is_none();
-        let drawn = (turns && is_unround).then(|| Body::standing(mesh));
-        Other { drawn, turning, stands, ..self.standing(pair, body, None) }
+        let other = Other { turning, stands, ..self.standing(pair, body, None) };
+        let is_unround = mesh.edge_report().is_watertight() && other.body.axis().is_none();
+        let drawn = (other.spins() && is_unround).then(|| Body::standing(mesh));
+        Other { drawn, ..other }
     }
 
     /// A part that the spindle turns, or any part beside a workpiece that it turns, at every angle.
@@ -503,6 +495,11 @@ impl Other {
     /// The joints that move it against the stock, or against the workpiece's axis.
     fn way(&self) -> &Chain {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
+    }
+
+    /// Whether it is a cutter that something turns.
+    fn spins(&self) -> bool {
+        self.role == Role::Cutter && self.turning.is_none() && !self.stands
     }
 
     fn bodies(&self) -> impl Iterator<Item = &Body> {
@@ -711,7 +708,6 @@ struct Ledger<'a> {
     others: &'a [Other],
     /// Where each other part touches the uncut workpiece; of cutters nothing is said.
     touching: &'a [Vec<Stretch>],
-    resolution_mm: f64,
     met: Met,
     /// Per part: how deep the stock can be in what is thin of it, mm.
     thin: Vec<Option<f64>>,
@@ -725,7 +721,7 @@ impl<'a> Ledger<'a> {
     fn new(path: &'a Path<'a>, others: &'a [Other], touching: &'a [Vec<Stretch>], resolution_mm: f64) -> Self {
         let (last, touch) = (vec![None; others.len()], BTreeMap::new());
         let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
-        Self { path, others, touching, resolution_mm, met: Met::default(), thin, last, touch }
+        Self { path, others, touching, met: Met::default(), thin, last, touch }
     }
 
     /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
@@ -747,10 +743,10 @@ impl<'a> Ledger<'a> {
             let told = &batch.told[contact.step];
             let (other, kind) = told.examined[contact.part];
             self.meet(other, [told.from, told.to]);
-            let is_touch = contact.depth.high <= self.resolution_mm || contact.to <= 0.0;
+            // Within the resolution: the contact has no ends, and no depth that is certain.
+            let is_touch = contact.to <= 0.0;
             if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > THIN_PART * deepest) {
-                let all = Contact { from: 0.0, to: 1.0, depth: Depth { low: 0.0, ..contact.depth }, ..*contact };
-                self.contact(other, Kind::Unresolved, told, &all);
+                self.contact(other, Kind::Unresolved, told, &Contact { to: 1.0, ..*contact });
             } else if is_touch {
                 self.touch(other, told, contact.depth.high);
             } else {
