@@ -31,10 +31,11 @@ use crate::method::Model;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
 use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
+use crate::stock::motion::Chain;
 use crate::stock::{Finished, StockError, Surface};
 use crate::truth::Solid;
 use rayon::prelude::*;
-use rs274::{Axis, Move, MoveKind};
+use rs274::{Axis, Move, MoveKind, Position};
 use spun::Spun;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -311,7 +312,7 @@ pub fn check(
         over_travel.retain(|over| over.place as f64 <= events[first].first.place);
     }
     let open_cutters = workpieces.iter().flat_map(Workpiece::open_cutters).collect();
-    let thin_cutters = &bodies.thin_cutters(scene) | &turned_bodies.thin_cutters(&spun.scene);
+    let thin_cutters = &bodies.thin_cutters() | &turned_bodies.thin_cutters();
     let driven: BTreeSet<usize> = workpieces.iter().flat_map(|workpiece| workpiece.driven.iter().copied()).collect();
     Ok(Outcome {
         events,
@@ -562,14 +563,10 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
-    /// Cutters with a blade, a pin or all of them so thin that no depth in it is more than a finished workpiece allows.
-    fn thin_cutters(&self, scene: &Scene) -> BTreeSet<usize> {
-        let is_thin = |(pair, gouge): (&Pair, &Gouge)| {
-            let cutter = if gouge.workpiece_first { pair.b } else { pair.a };
-            let body = crate::stock::Body::turning(&scene.parts[cutter].mesh, 0.0);
-            (body.deepest_mm(gouge.allowed_mm) <= gouge.allowed_mm).then_some(cutter)
-        };
-        self.gouges.iter().filter_map(is_thin).collect()
+    /// Cutters of which something is so thin that no depth in it is more than a finished workpiece allows.
+    fn thin_cutters(&self) -> BTreeSet<usize> {
+        let thin = self.gouges.iter().filter(|(_, gouge)| gouge.is_thin);
+        thin.map(|(pair, gouge)| if gouge.workpiece_first { pair.b } else { pair.a }).collect()
     }
 
     /// Parts that are not watertight, in order.
@@ -591,6 +588,10 @@ struct Gouge {
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
     allowed_mm: f64,
+    /// Whether no depth in a blade or a pin of the cutter, or in all of it, is more than that.
+    is_thin: bool,
+    /// The joints between the cutter and the workpiece.
+    chain: Chain,
 }
 
 impl Gouge {
@@ -601,7 +602,17 @@ impl Gouge {
         let (workpiece, cutter) = if workpiece_first { (pair.a, pair.b) } else { (pair.b, pair.a) };
         let surface = surfaces.entry(workpiece).or_insert_with(|| Surface::of(&scene.parts[workpiece].mesh));
         let finished = Finished::new(surface.clone(), &scene.parts[cutter].mesh);
-        Some(Self { finished, workpiece_first, allowed_mm })
+        let body = crate::stock::Body::turning(&scene.parts[cutter].mesh, 0.0);
+        let is_thin = body.deepest_mm(allowed_mm) <= allowed_mm;
+        let chain = stock::chain(scene, stock::mount(scene, cutter, &body), workpiece);
+        Some(Self { finished, workpiece_first, allowed_mm, is_thin, chain })
+    }
+
+    /// Whether the cutter may gouge by more than `beyond_mm` on a straight way of the axes.
+    fn may_gouge(&self, scene: &Scene, from: &Position, to: &Position, beyond_mm: f64) -> bool {
+        let piece = self.chain.piece(&scene.machine, from, to, 0, 1);
+        let ways = [piece.first, piece.last].map(|pose| rigid::inverse(&pose));
+        self.finished.may_be_deeper([&ways[0], &ways[1]], piece.sag_mm, self.allowed_mm + beyond_mm)
     }
 
     /// How much farther the cutter may go, mm, negative where it gouges; `below_mm` where it is at least that.

@@ -14,7 +14,7 @@ const OUTLOOK_MM: f64 = 60.0;
 const HALVINGS: u32 = 40;
 /// How far a pair may come into a narrower zone and leave it again between two samples without being told, mm. Contact is looked
 /// for to the tolerance; nearness is a warning, and a pair that slides along just outside a zone would else be asked about at
-/// every hundredth of a millimetre.
+/// every hundredth of a millimetre. Also how much deeper a feed move may gouge a finished workpiece there than it is allowed to.
 const DIP_MM: f64 = 0.05;
 
 /// How near a pair is: 0 in contact or one inside the other, then the borders from the narrowest, then free.
@@ -195,13 +195,16 @@ impl<'a> Scan<'a> {
     /// Looks between two places that `travel` may lie between: for the border when they differ, and for contact or a narrower zone
     /// when their distances do not exclude it.
     fn between(&mut self, here: &Measured, there: &Measured, travel: f64, halvings: u32) {
-        if halvings == 0
-            || travel <= self.tolerance_mm
-            || (here.nearness == there.nearness && !self.may_come_nearer(here, there, travel))
-        {
+        if halvings == 0 || travel <= self.tolerance_mm {
             return;
         }
-        let middle = f64::midpoint(here.place, there.place);
+        let middle = if here.nearness != there.nearness || self.may_come_nearer(here, there, travel) {
+            f64::midpoint(here.place, there.place)
+        } else if let Some(place) = self.gouge_between(here, there.place) {
+            place
+        } else {
+            return;
+        };
         let (found, poses) = self.measure_between(middle);
         let half =
             |from: f64, to: f64, at: &Poses| self.travel(&self.path.position_at(from), &self.path.position_at(to), at);
@@ -217,8 +220,8 @@ impl<'a> Scan<'a> {
     pub(super) fn may_come_nearer(&self, here: &Measured, there: &Measured, travel: f64) -> bool {
         let least = 0.5 * (here.distance + there.distance - travel);
         if let Some(gouge) = self.bodies.gouges.get(&self.pair) {
-            // A feed move slides along the finished surface all the way; how deep it goes is asked at the samples, ends of blocks
-            // among them. A rapid may not even touch, and where it begins in what it touches, it may not go deeper than that.
+            // A rapid may not even touch, and where it begins in what it touches, it may not go deeper than that. For a feed move there is
+            // `gouge_between`.
             let touches = gouge.allowed_mm - DIP_MM;
             let limit = if here.distance > touches { touches } else { 0.0 };
             return here.nearness > 0 && self.path.sample_at(there.place).rapid && least <= limit;
@@ -230,6 +233,32 @@ impl<'a> Scan<'a> {
             1 => least <= 0.0,
             nearness => least <= (self.borders[nearness - 2] - DIP_MM).max(0.0),
         }
+    }
+
+    /// A place in a feed move at which a cutter gouges a finished workpiece, where it does not at the ends of the way; by less than [`DIP_MM`] it may do so
+    /// unseen. A feed move slides along the surface all the way, so it is asked whether anything is that deep, and not how near it is.
+    fn gouge_between(&mut self, here: &Measured, to: f64) -> Option<f64> {
+        let gouge = self.bodies.gouges.get(&self.pair)?;
+        if here.nearness == 0 || self.path.sample_at(to).rapid {
+            return None;
+        }
+        let mut open = vec![[here.place, to]];
+        while let Some([from, to]) = open.pop() {
+            let [first, last] = [from, to].map(|place| self.path.position_at(place));
+            self.queries += 1;
+            if !gouge.may_gouge(self.scene, &first, &last, DIP_MM) {
+                continue;
+            }
+            let middle = f64::midpoint(from, to);
+            let poses = self.scene.machine.forward(&self.path.position_at(middle));
+            if gouge.spare_mm(&self.scene.a_from_b(self.pair, &poses), 0.0) < 0.0 {
+                return Some(middle);
+            }
+            if self.travel(&first, &last, &self.scene.machine.forward(&first)) > self.tolerance_mm {
+                open.extend([[middle, to], [from, middle]]);
+            }
+        }
+        None
     }
 
     /// Takes a place into the stretches; places come in order.

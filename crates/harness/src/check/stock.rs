@@ -455,14 +455,12 @@ impl<'a> Examined<'a, '_> {
 
     fn standing(&self, pair: Pair, body: Body, own: Option<Body>) -> Other {
         let part = pair.other(self.workpiece);
-        let Part { link, link_from_part, .. } = self.scene.parts[self.workpiece];
-        let workpiece = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
         let mut of_part = mount(self.scene, part, &body);
         if let Some(own) = &own {
             let Mount { centre, radius_mm, .. } = mount(self.scene, part, own);
             of_part.radius_mm = of_part.radius_mm.max((centre - of_part.centre).norm() + radius_mm);
         }
-        let chain = Chain::new(&self.scene.machine, of_part, workpiece);
+        let chain = chain(self.scene, of_part, self.workpiece);
         let role = self.scene.parts[part].role;
         let (is_turned, stands, once_unround) = (false, false, false);
         let (drawn, turning, needs) = (None, None, self.needs(part));
@@ -519,6 +517,13 @@ pub(super) fn mount(scene: &Scene, part: usize, body: &Body) -> Mount {
     let (centre, radius_mm) = body.ball();
     let Part { link, link_from_part, .. } = scene.parts[part];
     Mount { link, link_from_mesh: link_from_part, centre, radius_mm }
+}
+
+/// The joints between a part and a workpiece.
+pub(super) fn chain(scene: &Scene, part: Mount, workpiece: usize) -> Chain {
+    let Part { link, link_from_part, .. } = scene.parts[workpiece];
+    let workpiece = Mount { link, link_from_mesh: link_from_part, centre: Point::origin(), radius_mm: 0.0 };
+    Chain::new(&scene.machine, part, workpiece)
 }
 
 #[derive(Default)]

@@ -170,6 +170,47 @@ fn a_cutter_within_a_finished_workpiece_is_as_deep_as_the_next_surface_is_far() 
 }
 
 #[test]
+fn a_feed_through_a_fin_between_two_samples_is_a_gouge() {
+    // 0.3 mm thick, and a pin of 0.5 mm; 10.5 mm away at first, with samples 1 mm apart: 0.5 mm in front of the fin and behind it.
+    let text = r#"
+title = "Fin"
+[[machine.links]]
+name = "slide"
+joint = { axis = "X", direction = [1, 0, 0] }
+[[machine.links]]
+name = "table"
+joint = { axis = "B", direction = [0, 1, 0], point_mm = [0, 0, -100] }
+[[parts]]
+name = "fin"
+link = "table"
+role = "workpiece"
+shape = { kind = "rounded-box", size_mm = [0.3, 20, 20] }
+[[parts]]
+name = "pin"
+link = "slide"
+role = "cutter"
+shape = { kind = "cylinder", radius_mm = 0.25, height_mm = 40 }
+[program]
+file = "own.ngc"
+start = { x_mm = -10.5 }
+[check]
+gouge_mm = 0.05
+"#;
+    for (program, line) in [
+        ("M3 S1000\nG1 X10.5 F1000\nG0 X20\nM2", Some(2)),
+        ("M3 S1000\nG1 X-0.42 F1000\nG0 X-20\nM2", None),
+        // The fin swings past the pin: 10.5 mm are 5 degrees of it at 120 mm.
+        ("M3 S1000\nG1 B-10 F1000\nM2", Some(2)),
+    ] {
+        let told = checked(&scene(text, program), &with_zones(&[]));
+        let found: Vec<_> = told.events.iter().map(|event| (event.kind, event.first.line)).collect();
+        assert_eq!(found, Vec::from_iter(line.map(|line| (Kind::Gouge, line))), "{program}");
+        // It gets as deep as its surface and the pin's axis allow.
+        assert!(told.events.iter().all(|event| event.least_mm < -0.05), "{:?}", told.events);
+    }
+}
+
+#[test]
 fn a_rapid_may_not_even_touch_a_finished_workpiece() {
     for (program, told) in [
         ("M3 S1000\nG1 Z19.8 F6000\nG1 X2\nG0 Z60\nM2", None),

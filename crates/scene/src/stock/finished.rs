@@ -3,7 +3,8 @@
 //! The depth is how far the workpiece's surface lies inside the body of revolution around the cutter: minus the least signed distance of the surface from that body.
 //! It is found by branch and bound over the triangles of the surface and halves of them (Land and Doig 1960). Two bounds hold for a piece of a triangle. The signed
 //! distance is at least that of the piece's centre less the piece's radius. It is also at least that from the convex hull of the body, which is a convex function of
-//! the place, above its tangent plane at any point. So a face that lies flat on a cutter, or touches it in a line, is seldom divided.
+//! the place, above its tangent plane at any point. So a face that lies flat on a cutter, or touches it in a line, is seldom divided. The same bounds hold on a way: a
+//! plane is least at one of the way's ends, so what slides along the surface loses little.
 
 use super::bore::upper_envelope;
 use super::skin::Skin;
@@ -22,6 +23,9 @@ const CLOSE_PART: f64 = 0.05;
 const SMALLEST_MM: f64 = 0.01;
 /// Places asked about after which that radius grows in proportion to them.
 const MANY: f64 = 1000.0;
+
+/// Places on a way at which a tangent plane is tried.
+const CROSSINGS: usize = 4;
 
 /// The surface of a finished workpiece, prepared once for all cutters.
 #[derive(Clone, Debug)]
@@ -85,11 +89,91 @@ impl Finished {
         search.least
     }
 
+    /// Whether the surface may come deeper than `depth_mm` into the body on a way: from one frame of the workpiece in the cutter's to another, on which each of its
+    /// places near the cutter goes straight as the cutter sees it, up to `sag_mm`. `true` also where [`MANY`] places do not tell.
+    pub fn may_be_deeper(&self, cutter_from_workpiece: [&Isometry; 2], sag_mm: f64, depth_mm: f64) -> bool {
+        let ways = cutter_from_workpiece.map(|pose| self.cutter.tool_from_mesh * pose);
+        // Of what is within `radius` of a place, or in the triangle of the corners, all the way.
+        let is_free = |centre: &Point, radius: f64, corners: Option<&[Point; 3]>| {
+            let [from, to] = ways.map(|pose| pose * centre);
+            let is_above = |place: &Point| {
+                let tangent = self.tangent(place);
+                let of_ball = tangent.at(&from).min(tangent.at(&to)) - radius;
+                let of_corners = |corners: &[Point; 3]| {
+                    let all = ways.iter().flat_map(|pose| corners.map(|corner| tangent.at(&(pose * corner))));
+                    all.fold(f64::INFINITY, f64::min)
+                };
+                corners.map_or(of_ball, |corners| of_ball.max(of_corners(corners))) - sag_mm >= -depth_mm
+            };
+            let middle = nalgebra::center(&from, &to);
+            let beside = self.distance_mm(&middle) - radius - sag_mm;
+            // What is not free in the middle of the way is not free on it.
+            beside - 0.5 * (to - from).norm() >= -depth_mm
+                || is_above(&middle)
+                || beside >= -depth_mm
+                    && ([from, to].iter().any(is_above) || self.towards_nearest([from, to]).iter().any(is_above))
+        };
+        let (mut nodes, mut pieces) = (vec![0], Vec::new());
+        while let Some(node) = nodes.pop() {
+            let (centre, radius) = self.surface.ball(node);
+            if is_free(&centre, radius, None) {
+                continue;
+            }
+            match self.surface.children(node) {
+                Some(children) => nodes.extend(children),
+                None => pieces.extend(self.surface.triangles(node).iter().map(|triangle| triangle.corners)),
+            }
+        }
+        let mut asked = 0.0;
+        while let Some(corners) = pieces.pop() {
+            let [a, b, c] = corners;
+            let centre = Triangle::new(a, b, c).centroid();
+            let radius = corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
+            if is_free(&centre, radius, Some(&corners)) {
+                continue;
+            }
+            asked += 1.0;
+            if radius <= SMALLEST_MM || asked > MANY {
+                return true;
+            }
+            let [a, b, c] = longest_first(corners, |corner| corner);
+            let middle = nalgebra::center(&a, &b);
+            pieces.extend([[a, middle, c], [middle, b, c]]);
+        }
+        false
+    }
+
     /// Whether a watertight workpiece holds the middle of the cutter's axis: then all of the cutter is inside, where the surface does not come into it.
     pub fn holds(&self, cutter_from_workpiece: &Isometry) -> bool {
         let [low, high] = self.cutter.profile.span_mm();
         let middle = Point::new(0.0, 0.0, f64::midpoint(low, high));
         self.surface.holds(&(self.cutter.tool_from_mesh * cutter_from_workpiece).inverse_transform_point(&middle))
+    }
+
+    /// Places on a straight way, ever nearer to where it is nearest to the body's hull: each is where the tangent planes of those beside it cross.
+    fn towards_nearest(&self, [from, to]: [Point; 2]) -> [Point; CROSSINGS] {
+        let way = to - from;
+        let mut ends = [from, to].map(|place| self.tangent(&place));
+        [(); CROSSINGS].map(|()| {
+            let [falls, rises] = ends.map(|end| end.slope.dot(&way));
+            let part_of_way = (ends[1].place - ends[0].place).dot(&way) / way.norm_squared();
+            let part = (ends[0].value - ends[1].value + rises * part_of_way) / (rises - falls);
+            // Planes with the same slope cross nowhere.
+            let part = if part.is_finite() { part.clamp(0.0, part_of_way) } else { 0.5 * part_of_way };
+            let place = ends[0].place + way * part;
+            let tangent = self.tangent(&place);
+            ends[usize::from(tangent.slope.dot(&way) >= 0.0)] = tangent;
+            place
+        })
+    }
+
+    /// The tangent plane of the distance from the body's hull at a place of its frame.
+    fn tangent(&self, place: &Point) -> Tangent {
+        let at = half_plane(place);
+        let (value, slope) = gradient(&self.hull, &at);
+        // On the axis the slope is any mean of all directions.
+        let out = if at.x > 0.0 { place.xy().coords / at.x } else { Vector2::zeros() };
+        Tangent { place: *place, value, slope: Vector::new(slope.x * out.x, slope.x * out.y, slope.y) }
     }
 
     /// Distance of a point of the body's frame from the body, mm, negative inside.
@@ -186,7 +270,7 @@ impl Search<'_> {
             if self.is_answered(piece.bound) || piece.radius <= smallest {
                 continue;
             }
-            let [a, b, c] = longest_first(piece.corners);
+            let [a, b, c] = longest_first(piece.corners, |corner| corner.place);
             let middle = self.ask(nalgebra::center(&a.place, &b.place)).0;
             let mut halves = [self.piece([a, middle, c]), self.piece([middle, b, c])];
             halves.sort_by(|a, b| b.bound.total_cmp(&a.bound));
@@ -209,17 +293,13 @@ impl Search<'_> {
         self.asked += 1;
         let distance = self.of.distance_mm(&place);
         self.least = self.least.min(distance);
-        let at = half_plane(&place);
-        let (value, slope) = gradient(&self.of.hull, &at);
-        // On the axis the slope is any mean of all directions.
-        let out = if at.x > 0.0 { place.xy().coords / at.x } else { Vector2::zeros() };
-        (Tangent { place, value, slope: Vector::new(slope.x * out.x, slope.x * out.y, slope.y) }, distance)
+        (self.of.tangent(&place), distance)
     }
 }
 
 /// The same corners, the longest edge between the first two.
-fn longest_first(corners: [Tangent; 3]) -> [Tangent; 3] {
-    let length = |k: usize| (corners[(k + 1) % 3].place - corners[k].place).norm_squared();
+fn longest_first<T: Copy>(corners: [T; 3], place: impl Fn(T) -> Point) -> [T; 3] {
+    let length = |k: usize| (place(corners[(k + 1) % 3]) - place(corners[k])).norm_squared();
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
     [0, 1, 2].map(|k| corners[(longest + k) % 3])
 }
@@ -300,7 +380,7 @@ mod tests {
     fn no_sample_of_the_surface_is_deeper() {
         let ring = Arc::new(meshes::torus(12.0, 4.0, 24, 12));
         let samples = Samples::of(&ring, 0.4).points;
-        let mut touching = 0;
+        let (mut touching, mut free) = (0, 0);
         for cutter in [cylinder(3.0, 20.0), cylinder(0.2, 20.0), slotting()] {
             let finished = finished(&ring, &cutter);
             for k in 0..60 {
@@ -315,8 +395,48 @@ mod tests {
                 // Between samples 0.4 mm apart.
                 assert!(found - least <= (-CLOSE_PART * found).max(0.1) && least - found <= 0.4, "{found} {least}");
                 touching += u32::from(found < 0.0);
+                // Nor on a way of about 1 mm, in which its places go straight.
+                let end =
+                    Isometry::new(at + Vector::new(0.5, -0.6, 0.4), turn + Vector::new(0.01, 0.0, -0.02)).inverse();
+                let deepest = |p: &Point| {
+                    let [from, to] = [cutter_from_ring, end].map(|pose| finished.cutter.tool_from_mesh * pose * p);
+                    (0..=10)
+                        .map(|k| finished.distance_mm(&(from + (to - from) * (0.1 * f64::from(k)))))
+                        .fold(0.0, f64::min)
+                };
+                let deepest_mm = -samples.iter().map(deepest).fold(0.0, f64::min);
+                let is_deeper = |mm: f64| finished.may_be_deeper([&cutter_from_ring, &end], 0.0, mm);
+                assert!(deepest_mm == 0.0 || is_deeper(deepest_mm - 1e-9), "{deepest_mm}");
+                free += u32::from(!is_deeper(deepest_mm + 0.4));
             }
         }
-        assert!(touching > 20, "{touching}");
+        assert!(touching > 20 && free > 100, "{touching} {free}");
+    }
+
+    #[test]
+    fn on_a_way_it_is_deeper_where_a_place_of_it_is() {
+        // A block of 20 mm height and cutters of 5 mm radius, the one with a chamfer: over it, in it by 0.1 mm, and from one side of a fin of 1 mm to the other.
+        let block = mesh("kind = \"rounded-box\"\nsize_mm = [100, 100, 20]");
+        let fin = mesh("kind = \"rounded-box\"\nsize_mm = [1, 100, 20]");
+        let at = |x: f64, z: f64| Isometry::translation(-x, 0.0, -z);
+        for (workpiece, [from, to], depth_mm, expected) in [
+            (&block, [[-1.0, 10.0], [1.0, 10.0]], 0.05, false),
+            (&block, [[-1.0, 9.9], [1.0, 9.9]], 0.15, false),
+            (&block, [[-1.0, 9.9], [1.0, 9.9]], 0.09, true),
+            (&block, [[-1.0, 10.1], [1.0, 9.85]], 0.1, true),
+            (&block, [[-1.0, 30.0], [1.0, 10.1]], 0.0, false),
+            (&fin, [[-5.6, 0.0], [5.6, 0.0]], 4.0, true),
+            (&fin, [[-5.6, 0.0], [5.6, 0.0]], 5.2, false),
+            (&fin, [[-9.0, 0.0], [-5.6, 0.0]], 0.0, false),
+        ] {
+            let ways = [at(from[0], from[1]), at(to[0], to[1])];
+            for cutter in [
+                cylinder(5.0, 30.0),
+                mesh("kind = \"revolve\"\nprofile_mm = [[0, 0], [3, 0], [5, 2], [5, 30], [0, 30]]"),
+            ] {
+                let told = finished(workpiece, &cutter).may_be_deeper([&ways[0], &ways[1]], 0.0, depth_mm);
+                assert_eq!(told, expected, "{from:?} {to:?} {depth_mm}");
+            }
+        }
     }
 }

@@ -81,7 +81,7 @@ fn a_spent_budget_leaves_all_that_follows_unresolved() {
     let text = block_and_cutter() + COARSE;
     let program = "M3 S1000\nG0 X5\nG1 Z-15 F500\nG0 Z0\nG0 X0\nM2";
     let told = |stock_budget: u64, stop_at_first: bool| {
-        let told = checked(&scene(&text, program), &Settings { stock_budget, stop_at_first, ..with_zones(&[]) });
+        let told = checked(&scene(&text, program), &Settings { stop_at_first, stock_budget, ..with_zones(&[]) });
         let given_up = told.remaining[0].given_up;
         (told.events, given_up)
     };

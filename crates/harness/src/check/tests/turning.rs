@@ -1388,7 +1388,7 @@ fn what_swings_back_to_where_it_was_does_not_go_along_the_axis() {
     let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
     let piece = turning.to_base.piece(&scene.machine, &Position::default(), &Position::default(), 0, 1);
     for (turn, is_free) in [(0.0, true), (0.2, false)] {
-        let piece = crate::stock::motion::Piece { turn, way_mm: 200.0 * turn, ..piece.clone() };
+        let piece = crate::stock::motion::Piece { turn, way_mm: 200.0 * turn, ..piece };
         let mut stock = Stock::turned(&scene.parts[0].mesh, axis.axis_from_stock, 0.1).unwrap();
         let examined = vec![turning.sweep(&piece, 0.0)];
         let met = stock.run(&[Step { examined, cutting: Vec::new() }], 0.01);
