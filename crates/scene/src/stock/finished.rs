@@ -90,7 +90,7 @@ impl Finished {
     }
 
     /// Whether the surface may come deeper than `depth_mm` into the body on a way: from one frame of the workpiece in the cutter's to another, on which each of its
-    /// places near the cutter goes straight as the cutter sees it, up to `sag_mm`. `true` also where [`MANY`] places do not tell.
+    /// places near the cutter goes straight as the cutter sees it, up to `sag_mm`. `true` also where a thousand places do not tell.
     pub fn may_be_deeper(&self, cutter_from_workpiece: [&Isometry; 2], sag_mm: f64, depth_mm: f64) -> bool {
         let ways = cutter_from_workpiece.map(|pose| self.cutter.tool_from_mesh * pose);
         // Of what is within `radius` of a place, or in the triangle of the corners, all the way.
