@@ -208,6 +208,13 @@ gouge_mm = 0.05
         // It gets as deep as its surface and the pin's axis allow.
         assert!(told.events.iter().all(|event| event.least_mm < -0.05), "{:?}", told.events);
     }
+    // Also beside the middle of the two samples: a pin of 0.2 mm and a fin of 0.1 mm meet from 0.15 mm before its axis to 0.15 mm behind it, and samples are at -0.8
+    // and 0.2 mm.
+    let thin = [("0.3, 20", "0.1, 20"), ("0.25", "0.1"), ("-10.5", "-10.8"), ("gouge_mm = 0.05", "gouge_mm = 0.01")];
+    let text = thin.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
+    let told = checked(&scene(&text, "M3 S1000\nG1 X10.2 F1000\nM2"), &with_zones(&[]));
+    let [event] = &told.events[..] else { panic!("{:?}", told.events) };
+    assert!(event.kind == Kind::Gouge && (event.first.position[Axis::X] + 0.14).abs() < 0.02, "{event:?}");
 }
 
 #[test]
