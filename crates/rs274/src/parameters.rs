@@ -123,7 +123,7 @@ pub(super) struct Parameters {
     pub units: [f64; 9],
     /// Whether, since the interpreter last asked, Fanuc's ATAN or ASIN gave an angle that is 360 degrees less where parameter 6004#0 is 1.
     pub has_full_turn: Cell<bool>,
-    /// Whether LinuxCNC's M66 has set [`INPUT`]; what it has read is not known.
+    /// Whether LinuxCNC's M66 has set [`INPUT`]: its value is not known then.
     holds_input: bool,
     /// The last parameter whose value is not known and that was read since the interpreter last asked: [`INPUT`] behind M66, a clock, a timer.
     pub unknown: Cell<Option<usize>>,

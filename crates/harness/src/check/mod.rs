@@ -563,7 +563,7 @@ impl Bodies {
         Solid::one_in_the_other(&self.parts[&pair.a].solid, &self.parts[&pair.b].solid, a_from_b, false)
     }
 
-    /// Cutters of which something is so thin that no depth in it is more than a finished workpiece allows.
+    /// Cutters that are too thin, or have a blade or pin that is, for a gouge to be found.
     fn thin_cutters(&self) -> BTreeSet<usize> {
         let thin = self.gouges.iter().filter(|(_, gouge)| gouge.is_thin);
         thin.map(|(pair, gouge)| if gouge.workpiece_first { pair.b } else { pair.a }).collect()
@@ -588,7 +588,7 @@ struct Gouge {
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
     allowed_mm: f64,
-    /// Whether no depth in a blade or a pin of the cutter, or in all of it, is more than that.
+    /// Whether a blade or a pin of the cutter, or all of it, is too thin for anything to be deeper in it.
     is_thin: bool,
     /// The joints between the cutter and the workpiece.
     chain: Chain,
@@ -608,7 +608,7 @@ impl Gouge {
         Some(Self { finished, workpiece_first, allowed_mm, is_thin, chain })
     }
 
-    /// Whether the cutter may gouge by more than `beyond_mm` on a straight way of the axes.
+    /// Whether the cutter may get more than `beyond_mm` deeper than allowed while the axes go straight from one position to another.
     fn may_gouge(&self, scene: &Scene, from: &Position, to: &Position, beyond_mm: f64) -> bool {
         let piece = self.chain.piece(&scene.machine, from, to, 0, 1);
         let ways = [piece.first, piece.last].map(|pose| rigid::inverse(&pose));

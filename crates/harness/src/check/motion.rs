@@ -179,7 +179,7 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
     samples.iter().map(is_probing).collect()
 }
 
-/// Whether a position lies on the straight line from one to another, up to rounding.
+/// Whether a position lies on the straight line between two others, up to rounding.
 fn is_between(position: &Position, first: &Position, last: &Position) -> bool {
     let apart = |a: &Position, b: &Position| (0..9).map(|i| (a.0[i] - b.0[i]).powi(2)).sum::<f64>().sqrt();
     apart(first, position) + apart(position, last) - apart(first, last) <= 1e-9

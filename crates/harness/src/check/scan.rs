@@ -14,7 +14,7 @@ const OUTLOOK_MM: f64 = 60.0;
 const HALVINGS: u32 = 40;
 /// How far a pair may come into a narrower zone and leave it again between two samples without being told, mm. Contact is looked
 /// for to the tolerance; nearness is a warning, and a pair that slides along just outside a zone would else be asked about at
-/// every hundredth of a millimetre. Also how much deeper a feed move may gouge a finished workpiece there than it is allowed to.
+/// every hundredth of a millimetre. A gouge that is not this much deeper than allowed may be missed there, too.
 const DIP_MM: f64 = 0.05;
 
 /// How near a pair is: 0 in contact or one inside the other, then the borders from the narrowest, then free.
@@ -235,8 +235,8 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A place in a feed move at which a cutter gouges a finished workpiece, where it does not at the ends of the way; by less than [`DIP_MM`] it may do so
-    /// unseen. A feed move slides along the surface all the way, so it is asked whether anything is that deep, and not how near it is.
+    /// A place of a feed move, between two samples at which the cutter does not gouge the finished workpiece, at which it does. One at which it goes less than
+    /// [`DIP_MM`] deeper than allowed may be missed. A feed move slides along the surface all the way: the question is whether anything is that deep, not how near it is.
     fn gouge_between(&mut self, here: &Measured, to: f64) -> Option<f64> {
         let gouge = self.bodies.gouges.get(&self.pair)?;
         if here.nearness == 0 || self.path.sample_at(to).rapid {

@@ -28,8 +28,9 @@ const LITTLE: f64 = 1e-4;
 const WIDEST: f64 = TAU / 18.0;
 /// Corners nearer to the axis than this, of the greatest radius, are not asked how a face leans there.
 const MIDDLE: f64 = 0.01;
-/// Teeth repeat themselves where they fill the same of these sectors around the axis, up to this many sectors.
+/// Teeth repeat themselves where they fill the same of these sectors around the axis.
 const SECTORS: usize = 360;
+/// By so many sectors a tooth may be beside where it repeats itself.
 const OFF: usize = 5;
 /// Half the angle of a sector, radians.
 const HALF_SECTOR: f64 = PI / SECTORS as f64;
@@ -303,19 +304,17 @@ fn axis_from_part(scene: &Scene, axis: &WorkAxis, part: usize) -> Isometry {
 
 /// Whether parts are balanced together about an axis.
 fn is_balanced(scene: &Scene, axis: &WorkAxis, parts: &[usize]) -> bool {
-    let triangles = parts.iter().flat_map(|&part| {
+    let (mut area, mut moment, mut reach) = (0.0, Vector::zeros(), 0.0_f64);
+    for &part in parts {
         let axis_from_part = axis_from_part(scene, axis, part);
-        let weighed = move |triangle: Triangle| {
+        for triangle in scene.parts[part].mesh.triangles() {
             let corners = triangle.corners.map(|corner| (axis_from_part * corner).coords);
-            (triangle.double_area_normal().norm(), corners)
-        };
-        scene.parts[part].mesh.triangles().into_iter().map(weighed)
-    });
-    let triangles: Vec<(f64, [Vector; 3])> = triangles.collect();
-    let area: f64 = triangles.iter().map(|(area, _)| area).sum();
-    let moment: Vector = triangles.iter().map(|(area, [a, b, c])| (a + b + c) * (area / 3.0)).sum();
-    let corners = triangles.iter().flat_map(|(_, corners)| corners);
-    let reach = corners.map(|corner| corner.x.hypot(corner.y)).fold(0.0, f64::max);
+            let of_triangle = triangle.double_area_normal().norm();
+            area += of_triangle;
+            moment += (corners[0] + corners[1] + corners[2]) * (of_triangle / 3.0);
+            reach = corners.iter().map(|corner| corner.x.hypot(corner.y)).fold(reach, f64::max);
+        }
+    }
     moment.x.hypot(moment.y) <= OFF_BALANCE * reach * area
 }
 

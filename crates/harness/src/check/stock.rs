@@ -495,7 +495,7 @@ impl Other {
         self.turning.as_ref().map_or(&self.chain, |turning| &turning.to_base)
     }
 
-    /// Whether it is a cutter that something turns.
+    /// Whether it is a cutter that a spindle or a drive turns.
     fn spins(&self) -> bool {
         self.role == Role::Cutter && self.turning.is_none() && !self.stands
     }

@@ -729,14 +729,16 @@ fn the_axis_of_what_turns_is_found_wherever_it_lies() {
     assert!(axis_of(&LATHE.replacen("controller = \"lathe\"\n", "", 1)).is_none());
 }
 
+/// The second part of a lathe beside the first, whose stock is a half section, and the axis of that.
+fn turning_of(scene: &Scene) -> (Turning, WorkAxis) {
+    let path = Path::new(scene, scene.program.as_ref().unwrap()).unwrap();
+    let axis = WorkAxis::of(scene, &path, 0).unwrap();
+    let body = Body::turning(&scene.parts[1].mesh, 0.0);
+    (Turning::new(scene, &path, &axis, true, 1, &body), axis)
+}
+
 #[test]
 fn a_tool_beside_the_axis_is_as_deep_as_its_section_up_to_what_is_not_known() {
-    let turning_of = |scene: &Scene| {
-        let path = Path::new(scene, scene.program.as_ref().unwrap()).unwrap();
-        let axis = WorkAxis::of(scene, &path, 0).unwrap();
-        let body = Body::turning(&scene.parts[1].mesh, 0.0);
-        (Turning::new(scene, &path, &axis, true, 1, &body), axis)
-    };
     let piece = |scene: &Scene, turning: &Turning, x: f64, y: [f64; 2], z: [f64; 2]| {
         let [from, to] = [0, 1].map(|k| Position([x, y[k], z[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]));
         turning.to_base.piece(&scene.machine, &from, &to, 0, 1)

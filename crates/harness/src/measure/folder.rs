@@ -344,7 +344,7 @@ fn left_behind(path: &Path) -> Left {
     Left { foreign, ours: !entries.is_empty() }
 }
 
-/// Whether a study's folder holds results: a table, or any unit but [`CROSS_CHECK`].
+/// Whether a study's folder holds results: a table, or a unit other than [`CROSS_CHECK`].
 fn has_results(path: &Path) -> bool {
     let inside = |folder: &Path| -> Vec<PathBuf> {
         fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()

@@ -27,7 +27,7 @@ pub(super) fn sketch(data: &Data) -> Sketch<Grouped> {
     }
 }
 
-/// Whether some tree was built only once in the run.
+/// Whether the run built any of the trees only once.
 fn has_single(data: &Data) -> bool {
     let builds = data.builds.iter().map(|row| ((&row.scene, row.case(), &row.part), ()));
     grouped(builds).values().any(|builds| builds.len() == 1)

@@ -3,8 +3,8 @@
 //! The depth is how far the workpiece's surface lies inside the body of revolution around the cutter: minus the least signed distance of the surface from that body.
 //! It is found by branch and bound over the triangles of the surface and halves of them (Land and Doig 1960). Two bounds hold for a piece of a triangle. The signed
 //! distance is at least that of the piece's centre less the piece's radius. It is also at least that from the convex hull of the body, which is a convex function of
-//! the place, above its tangent plane at any point. So a face that lies flat on a cutter, or touches it in a line, is seldom divided. The same bounds hold on a way: a
-//! plane is least at one of the way's ends, so what slides along the surface loses little.
+//! the place, above its tangent plane at any point. So a face that lies flat on a cutter, or touches it in a line, is seldom divided. On a straight way
+//! a plane is least at one of the two ends, so one plane bounds the distance on all of it; where the cutter slides along the surface, that is hardly less than at one place.
 
 use super::bore::upper_envelope;
 use super::skin::Skin;
@@ -21,9 +21,8 @@ const CLOSE_MM: f64 = 1e-3;
 const CLOSE_PART: f64 = 0.05;
 /// Radius of pieces that are not divided, mm. Pieces are as small as this only at sharp edges and in hollows of the cutter, where its hull is no close bound.
 const SMALLEST_MM: f64 = 0.01;
-/// Places asked about after which that radius grows in proportion to them.
+/// Places asked about after which that radius grows in proportion to them. On a way the search ends there.
 const MANY: f64 = 1000.0;
-
 /// Places on a way at which a tangent plane is tried.
 const CROSSINGS: usize = 4;
 
@@ -89,11 +88,11 @@ impl Finished {
         search.least
     }
 
-    /// Whether the surface may come deeper than `depth_mm` into the body on a way: from one frame of the workpiece in the cutter's to another, on which each of its
-    /// places near the cutter goes straight as the cutter sees it, up to `sag_mm`. `true` also where a thousand places do not tell.
+    /// Whether the surface may come deeper than `depth_mm` into the body while the workpiece goes from one frame in the cutter's to another. Seen from the cutter, each of
+    /// its places near the cutter goes straight, up to `sag_mm`. `true` also where a thousand pieces of triangles do not tell.
     pub fn may_be_deeper(&self, cutter_from_workpiece: [&Isometry; 2], sag_mm: f64, depth_mm: f64) -> bool {
         let ways = cutter_from_workpiece.map(|pose| self.cutter.tool_from_mesh * pose);
-        // Of what is within `radius` of a place, or in the triangle of the corners, all the way.
+        // Whether nothing is too deep, all the way, of what is within `radius` of a place, or in the triangle with these corners.
         let is_free = |centre: &Point, radius: f64, corners: Option<&[Point; 3]>| {
             let [from, to] = ways.map(|pose| pose * centre);
             let is_above = |place: &Point| {
@@ -150,7 +149,7 @@ impl Finished {
         self.surface.holds(&(self.cutter.tool_from_mesh * cutter_from_workpiece).inverse_transform_point(&middle))
     }
 
-    /// Places on a straight way, ever nearer to where it is nearest to the body's hull: each is where the tangent planes of those beside it cross.
+    /// Places on a straight way, each nearer than the one before to where the way is nearest to the body's hull: where the tangent planes on both sides cross.
     fn towards_nearest(&self, [from, to]: [Point; 2]) -> [Point; CROSSINGS] {
         let way = to - from;
         let mut ends = [from, to].map(|place| self.tangent(&place));
@@ -400,8 +399,8 @@ mod tests {
                     Isometry::new(at + Vector::new(0.5, -0.6, 0.4), turn + Vector::new(0.01, 0.0, -0.02)).inverse();
                 let deepest = |p: &Point| {
                     let [from, to] = [cutter_from_ring, end].map(|pose| finished.cutter.tool_from_mesh * pose * p);
-                    (0..=10)
-                        .map(|k| finished.distance_mm(&(from + (to - from) * (0.1 * f64::from(k)))))
+                    (0..=5)
+                        .map(|k| finished.distance_mm(&(from + (to - from) * (0.2 * f64::from(k)))))
                         .fold(0.0, f64::min)
                 };
                 let deepest_mm = -samples.iter().map(deepest).fold(0.0, f64::min);

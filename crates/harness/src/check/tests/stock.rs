@@ -1,6 +1,6 @@
 //! Workpieces that are cut, and what comes into what is left of them.
 
-use super::turning::{HEAD, LATHE, NO_TIP, block_and_cutter, cuboid, cylinder, found, kinds, part};
+use super::turning::{HEAD, LATHE, NO_TIP, along_x, block_and_cutter, cuboid, cylinder, found, kinds, part};
 use super::*;
 
 /// Samples only at the ends of moves: each move is one place.
@@ -180,17 +180,13 @@ fn a_round_cutter_cuts_for_sure_where_the_axis_of_the_spindle_is_not_known() {
 /// A driven mill, an arbor that follows it into its hole, and an insert that is there all the time: the bar may turn.
 #[test]
 fn what_follows_a_driven_cutter_into_a_bar_that_may_turn_meets_it_however_coarse_the_samples_are() {
-    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
-        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
-        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
-    };
     let text = |insert: &str| {
         [
             LATHE,
             &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0)),
-            &along_x("mill", "cutter", 40.0, &cylinder(6.0, 20.0)),
+            &along_x("mill", "cutter", [40.0, 60.0], &cylinder(6.0, 20.0)),
             "turns = \"own\"\n",
-            &along_x("arbor", "shank", 60.0, &cylinder(4.0, 20.0)),
+            &along_x("arbor", "shank", [60.0, 60.0], &cylinder(4.0, 20.0)),
             insert,
         ]
         .concat()

@@ -41,8 +41,7 @@ pub(super) fn part(name: &str, link: &str, role: &str, at: [f64; 3], shape: &str
     format!("[[parts]]\nname = \"{name}\"\n{link}role = \"{role}\"\nat = {{ xyz_mm = {at:?} }}\nshape = {shape}\n")
 }
 
-pub(super) const TIP: &str =
-    "[program]\nfile = \"own.ngc\"\ntool_centre_point = { tool_link = \"head\", gauge_mm = [0, 0, 0] }\n";
+const TIP: &str = "[program]\nfile = \"own.ngc\"\ntool_centre_point = { tool_link = \"head\", gauge_mm = [0, 0, 0] }\n";
 pub(super) const NO_TIP: &str = "[program]\nfile = \"own.ngc\"\n";
 
 pub(super) fn found(text: &str, program: &str) -> Outcome {
@@ -72,7 +71,7 @@ pub(super) fn cuboid(size: [f64; 3]) -> String {
 }
 
 /// A shank of 20 mm along Z and a blade at its lower end that reaches 60 mm towards X: no cylinder around it has its axis.
-pub(super) const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
+const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
 
 #[test]
 fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
@@ -108,6 +107,11 @@ fn a_driven_cutter_without_a_known_axis_cuts_nothing_for_sure_on_a_lathe() {
         let told = found(&[LATHE, &bar, &fly, &drill].concat(), program);
         assert_eq!((kinds(&told), &told.as_drawn), (vec![(7, "unresolved")], &vec![1]), "{turns}");
     }
+}
+
+/// A part on the slide with its axis along X.
+pub(super) fn along_x(name: &str, role: &str, [x, z]: [f64; 2], shape: &str) -> String {
+    part(name, "slide", role, [x, 0.0, z], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
 }
 
 /// The same with a part on a link of its own, which stands on `parent` and has its frame at `link_at`.
@@ -223,9 +227,7 @@ fn what_turns_is_told_before_and_behind_where_the_drawing_collides() {
 
 #[test]
 fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
-    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
-        part(name, "slide", role, [x, 0.0, 100.0], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
-    };
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| along_x(name, role, [x, 100.0], shape);
     // The lug is from 20 to 40 mm beside the axis of the tool, away from the chuck.
     let holder = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 20, height_mm = 30 } }, { shape = { kind = \"rounded-box\", size_mm = [20, 6, 10] }, at = { xyz_mm = [-30, 0, 10] } }] }";
     let steady = part("steady", "", "fixture", [0.0, 40.0, 100.0], &cuboid([200.0, 20.0, 20.0])) + "turns = \"none\"\n";
@@ -268,10 +270,7 @@ fn a_lug_of_a_driven_holder_on_a_lathe_is_at_every_angle() {
 
 #[test]
 fn what_stands_in_a_milled_hole_meets_the_bar_when_it_turns() {
-    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
-        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
-        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape") + "tool = 1\n"
-    };
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| along_x(name, role, [x, 60.0], shape) + "tool = 1\n";
     let text = [
         LATHE,
         &part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0)),
@@ -498,7 +497,7 @@ fn a_round_cutter_across_the_axis_is_driven_wherever_it_crosses() {
     }
 }
 
-/// Whether a cutter of this shape beside the end of a bar may be driven.
+/// Whether a spindle may drive a cutter of this shape that stands beside the end of a bar.
 fn may_be_driven(at: [f64; 3], shape: &str, program: &str) -> bool {
     let bar = part("bar", "spindle", "workpiece", [0.0; 3], &cylinder(30.0, 50.0));
     let scene = scene(&[LATHE, &bar, &part("mill", "slide", "cutter", at, shape)].concat(), program);
@@ -1241,9 +1240,7 @@ fn a_fluted_drill_in_the_spindle_is_turned_by_it_wherever_its_file_has_its_axis(
 
 #[test]
 fn what_holds_a_driven_cutter_is_named_where_it_is_no_part_of_the_machine_and_not_round() {
-    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
-        part(name, "slide", role, [x, 0.0, 100.0], shape).replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape")
-    };
+    let along_x = |name: &str, role: &str, x: f64, shape: &str| along_x(name, role, [x, 100.0], shape);
     let mill = along_x("mill", "cutter", 60.0, &cylinder(5.0, 40.0)) + "turns = \"own\"\n";
     let (block, round) = (cuboid([30.0, 20.0, 40.0]), cylinder(15.0, 40.0));
     for (role, shape, named) in [
@@ -1294,10 +1291,8 @@ fn what_turns_a_table_that_carries_a_spindle_is_no_spindle() {
 
 /// A mill of 12 mm radius along X, and behind it a holder whose corners pass 7.1 mm from its axis.
 fn driven_across(bar: &str, mill: [f64; 2], others: &str) -> String {
-    let along_x = |name: &str, role: &str, x: f64, shape: &str| {
-        let turned = part(name, "slide", role, [x, 0.0, 60.0], shape);
-        turned.replace("] }\nshape", "], rpy_deg = [0, 90, 0] }\nshape") + "turns = \"own\"\n"
-    };
+    let along_x =
+        |name: &str, role: &str, x: f64, shape: &str| along_x(name, role, [x, 60.0], shape) + "turns = \"own\"\n";
     let [radius, length] = mill;
     [
         LATHE,
@@ -1383,9 +1378,7 @@ fn what_swings_back_to_where_it_was_does_not_go_along_the_axis() {
         &part("ring", "slide", "holder", [0.0, 0.0, 30.0], ring),
     ];
     let scene = scene(&text.concat(), "G0 X1\nM2");
-    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-    let axis = WorkAxis::of(&scene, &path, 0).unwrap();
-    let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
+    let (turning, axis) = turning_of(&scene);
     let piece = turning.to_base.piece(&scene.machine, &Position::default(), &Position::default(), 0, 1);
     for (turn, is_free) in [(0.0, true), (0.2, false)] {
         let piece = crate::stock::motion::Piece { turn, way_mm: 200.0 * turn, ..piece };
@@ -1404,9 +1397,7 @@ fn nothing_is_cut_for_sure_while_the_tool_turns() {
         &part("insert", "turret", "cutter", [30.0, 0.0, 68.0], &cuboid([8.0, 2.0, 10.0])),
     ];
     let scene = scene(&text.concat(), "G0 X1\nM2");
-    let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-    let axis = WorkAxis::of(&scene, &path, 0).unwrap();
-    let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
+    let (turning, _) = turning_of(&scene);
     for (axis, is_vague) in [(Axis::Z, false), (Axis::B, true)] {
         let mut to = Position::default();
         to[axis] = 0.1;
@@ -1453,10 +1444,7 @@ fn thin_pieces_count_of_what_the_axis_passes_through_and_does_not_cut() {
             &part("disc", "slide", role, [x, 0.0, 60.0], disc),
         ];
         let scene = scene(&text.concat(), "G0 Z1\nM2");
-        let path = Path::new(&scene, scene.program.as_ref().unwrap()).unwrap();
-        let axis = WorkAxis::of(&scene, &path, 0).unwrap();
-        let turning = Turning::new(&scene, &path, &axis, true, 1, &Body::turning(&scene.parts[1].mesh, 0.0));
-        let deepest_mm = turning.deepest_mm(0.1);
+        let deepest_mm = turning_of(&scene).0.deepest_mm(0.1);
         assert!(if is_thin { deepest_mm < 0.051 } else { deepest_mm > 1.0 }, "{role} {x}: {deepest_mm}");
     }
 }
