@@ -95,9 +95,9 @@ pub struct ExpectFile {
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
     /// A file with `links` and `parts`. Excludes `links` in this table; the file's parts come first.
-    pub file: Option<String>,
+    pub file: Option<Spanned<String>>,
     /// A URDF file with links and their geometry. Excludes `file` and `links`; the file's parts come first.
-    pub urdf: Option<String>,
+    pub urdf: Option<Spanned<String>>,
     /// Axis letters for joints of the URDF file, by the joint's name; joints that are not named here get the next free letters.
     #[serde(default)]
     pub axes: BTreeMap<String, char>,
@@ -165,7 +165,7 @@ pub struct ProgramFile {
     pub file: Spanned<String>,
     /// Other G-code files for the same machine, tools and offsets.
     #[serde(default)]
-    pub more: Vec<String>,
+    pub more: Vec<Spanned<String>>,
     /// The controller's defaults.
     #[serde(default)]
     pub controller: ControllerFile,
@@ -357,5 +357,5 @@ pub struct ApproachFile {
 #[serde(deny_unknown_fields)]
 pub struct RecordedFile {
     /// The CSV file.
-    pub file: String,
+    pub file: Spanned<String>,
 }

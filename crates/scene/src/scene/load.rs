@@ -74,6 +74,12 @@ impl Document {
         self.place(&span).error(message)
     }
 
+    /// The error of a file that is named here: one that cannot be read is told with this place.
+    pub(super) fn naming(&self, file: &Spanned<String>) -> impl Fn(SceneError) -> SceneError + use<> {
+        let place = self.place(&file.span());
+        move |error| if matches!(error, SceneError::Read { .. }) { place.clone().error(error) } else { error }
+    }
+
     /// The place of a table's header, for entries without a span of their own.
     fn header(&self, header: &str) -> Place {
         Place::of_byte(self.path.clone(), &self.text, self.text.find(header).unwrap_or(0))
@@ -105,8 +111,9 @@ pub fn load(mut folder: Folder, file: &str, overrides: &Overrides) -> Result<Sce
     let Programs { first: program, more: more_programs, drawn_tools } =
         read_programs(&mut folder, &document, &scene, &machine, &mut parts, overrides)?;
     let recorded = scene.recorded.as_ref();
-    let recording =
-        recorded.map(|file| read_recording(&mut folder, &file.file, &machine, &parts, program.as_ref())).transpose()?;
+    let recording = recorded
+        .map(|file| read_recording(&mut folder, &document, &file.file, &machine, &parts, program.as_ref()))
+        .transpose()?;
     let meaning = |wrong| document.meaning(wrong);
     let find = |pair: &Spanned<[String; 2]>| find_pair(&document, &parts, pair);
     let find_all = |pairs: &[Spanned<[String; 2]>]| pairs.iter().map(find).collect::<Result<Vec<Pair>, _>>();
@@ -179,7 +186,9 @@ fn read_programs(
     let first = read_program(folder, document, file, &setup, tip, overrides)?;
     let skips_more = overrides.skips_program || overrides.defers_program;
     let more = file.more.iter().filter(|_| !skips_more).map(|path| {
-        let source = folder.text(path)?;
+        let unreadable = document.naming(path);
+        let path = path.get_ref();
+        let source = folder.text(path).map_err(unreadable)?;
         program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
     });
     let more = more.collect::<Result<Vec<_>, SceneError>>()?;
@@ -218,7 +227,7 @@ fn machine_and_its_parts(
     if !file.links.is_empty() {
         return refuse("a machine has either a file or links");
     }
-    let machine_document = Document::read(folder, path)?;
+    let machine_document = Document::read(folder, path.get_ref()).map_err(document.naming(path))?;
     let machine_file: SharedMachineFile = machine_document.parse()?;
     let machine = build_machine(&machine_document, &machine_file.links)?;
     add_parts(&mut parts, folder, &machine_document, &machine_file.parts, &machine, &of_file)?;
@@ -231,7 +240,7 @@ fn read_urdf(
     folder: &mut Folder,
     document: &Document,
     file: &MachineFile,
-    path: &str,
+    path: &Spanned<String>,
     overrides: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     super::urdf::read(folder, document, file, path, &overridden(Tessellation::default(), overrides))
@@ -242,7 +251,7 @@ fn read_urdf(
     _: &mut Folder,
     document: &Document,
     _: &MachineFile,
-    _: &str,
+    _: &Spanned<String>,
     _: &Overrides,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
     Err(document.header("[machine]").error("URDF is read only by a build with `--features urdf`"))
@@ -430,7 +439,8 @@ fn read_program(
 ) -> Result<ProgramRun, SceneError> {
     let sampling = program::sampling(file).map_err(|wrong| document.meaning(wrong))?;
     let path = file.file.get_ref();
-    let source = if overrides.skips_program { String::new() } else { folder.text(path)? };
+    let unreadable = document.naming(&file.file);
+    let source = if overrides.skips_program { String::new() } else { folder.text(path).map_err(unreadable)? };
     let (path, hash) = (folder.path(path), folder.hash(path));
     if overrides.defers_program {
         return Ok(program::deferred(&source, path, hash, setup, tip, sampling));
@@ -462,7 +472,8 @@ fn read_tip(document: &Document, machine: &Machine, file: &Spanned<TipFile>) -> 
 
 fn read_recording(
     folder: &mut Folder,
-    file: &str,
+    document: &Document,
+    file: &Spanned<String>,
     machine: &Machine,
     parts: &[Part],
     program: Option<&ProgramRun>,
@@ -471,8 +482,8 @@ fn read_recording(
     let poses = machine.forward(&start);
     let initial: Vec<_> = parts.iter().map(|part| poses.world_from(part.link) * part.link_from_part).collect();
     let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
-    let text = folder.text(file)?;
-    recording::parse(&text, &folder.path(file), &names, &initial)
+    let text = folder.text(file.get_ref()).map_err(document.naming(file))?;
+    recording::parse(&text, &folder.path(file.get_ref()), &names, &initial)
 }
 
 fn read_approaches(

@@ -12,6 +12,7 @@ use crate::machine::Machine;
 use crate::machine::urdf::{self, Solid};
 use std::error::Error;
 use std::sync::Arc;
+use toml::Spanned;
 
 /// Number of levels above the URDF file's folder at which a package is searched.
 const LEVELS_UP: usize = 5;
@@ -21,10 +22,11 @@ pub fn read(
     folder: &mut Folder,
     document: &Document,
     file: &MachineFile,
-    path: &str,
+    path: &Spanned<String>,
     tessellation: &Tessellation,
 ) -> Result<(Machine, Vec<Part>), SceneError> {
-    let robot = Document::read(folder, &format!("{}{path}", document.base))?;
+    let robot = Document::read(folder, &format!("{}{}", document.base, path.get_ref()));
+    let robot = robot.map_err(document.naming(path))?;
     let (machine, bodies) = urdf::read(&robot.text, &file.axes, file.form)
         .map_err(|cause| place_of(&robot, cause.name.as_deref()).error(cause.message))?;
     let mut parts: Vec<Part> = Vec::with_capacity(bodies.len());

@@ -124,7 +124,7 @@ fn parts_and_recorded_poses_make_a_scene() {
     let (_, text) = error_of(&[("scene.toml", scene), ("poses.csv", "part,qw,qx,qy,qz,tx,ty,tz\nc,1,0,0,0,5,0,0\n")]);
     assert_eq!(text, "poses.csv:2:1: there is no part named `c`; there are a, b");
     let (_, text) = error_of(&[("scene.toml", scene)]);
-    assert!(text.starts_with("poses.csv: "), "{text}");
+    assert!(text.starts_with("scene.toml:9:8: poses.csv: "), "{text}");
 }
 
 #[test]
@@ -275,6 +275,20 @@ fn whatever_is_wrong_with_a_scene_file_is_said_with_its_place() {
     ] {
         assert!(SLIDE.contains(from), "{from}");
         let text = error_of(&[("scene.toml", &SLIDE.replacen(from, to, 1))]).1;
+        assert!(text.starts_with(message), "{text}\nis not\n{message}");
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_told_where_the_scene_names_them() {
+    let axes = "[[machine.links]]\nname = \"slide\"\njoint = { axis = \"X\", direction = [1, 0, 0], min_mm = -100, max_mm = 50 }";
+    for (from, to, message) in [
+        (axes, "machine = { file = \"none.toml\" }", "scene.toml:3:20: none.toml: "),
+        (SLIDE, &format!("{SLIDE}[program]\nfile = \"none.ngc\"\n"), "scene.toml:15:8: none.ngc: "),
+        (SLIDE, &format!("{SLIDE}[program]\nfile = \"p.ngc\"\nmore = [\"none.ngc\"]\n"), "scene.toml:16:9: none.ngc: "),
+    ] {
+        assert!(SLIDE.contains(from), "{from}");
+        let text = error_of(&[("scene.toml", &SLIDE.replacen(from, to, 1)), ("p.ngc", "M2\n")]).1;
         assert!(text.starts_with(message), "{text}\nis not\n{message}");
     }
 }
