@@ -270,6 +270,12 @@ mod tests {
             Err(JointError::EmptyLimits { axis: 'Y', min: 2.0, max: 1.0 })
         );
         assert_eq!(
+            Joint::rotary(Axis::A, Vector::x(), Point::origin(), Limits { min: PI, max: FRAC_PI_2 }),
+            Err(JointError::EmptyLimits { axis: 'A', min: 180.0, max: 90.0 })
+        );
+        // A clamped axis.
+        assert!(Joint::prismatic(Axis::Y, Vector::y(), Limits { min: 2.0, max: 2.0 }).is_ok());
+        assert_eq!(
             Joint::prismatic(Axis::Y, Vector::y(), Limits { min: f64::NAN, max: 1.0 }),
             Err(JointError::NotFinite { axis: 'Y', what: "a limit" })
         );

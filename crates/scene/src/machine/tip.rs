@@ -575,7 +575,11 @@ mod tests {
         links.push(link("x", None, [0.0; 3], slide(Axis::X, Vector::x())));
         links.push(link("y", Some("x"), [0.0; 3], slide(Axis::Y, Vector::x())));
         let control = TipControl { work_link: Some(2), ..control };
-        assert_eq!(control.world_direction(&Machine::new(links).unwrap(), &lean), Err(TipError::Singular));
+        assert_eq!(control.world_direction(&Machine::new(links.clone()).unwrap(), &lean), Err(TipError::Singular));
+        // Nor do axes follow the tip where two go nearly the same way.
+        links[2] = link("y", Some("x"), [0.0; 3], slide(Axis::Y, Vector::new(1.0, 1e-5, 0.0)));
+        let machine = Machine::new(links).unwrap();
+        assert_eq!(control.axes(&machine, &Position::default(), 10.0), Err(TipError::Singular));
     }
 
     #[test]

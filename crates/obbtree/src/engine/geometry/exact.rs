@@ -406,6 +406,18 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn sides_and_turns_have_their_signs_to_the_last_step() {
+        // Counter-clockwise seen from above, that is from z > 0.
+        let floor = triangle([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let side_at = |z: f64| side(&floor, &Point::new(1.0, 1.0, z));
+        assert_eq!([STEP_MM, 0.0, -STEP_MM].map(side_at), [-1, 0, 1]);
+        let turn_at = |y: f64| turn([0.0, 0.0], [4.0, 0.0], [1.0, y]);
+        assert_eq!([STEP_MM, 0.0, -STEP_MM].map(turn_at), [1, 0, -1]);
+        let needle = |y: f64| triangle([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, y, 0.0]]);
+        assert!(has_no_area(&needle(0.0)) && !has_no_area(&needle(STEP_MM)));
+    }
+
+    #[test]
     fn every_hand_made_case_in_every_order_and_both_ways() {
         for (name, a, b, expected) in hand_made() {
             for a in orders(&a) {

@@ -122,6 +122,58 @@ fn on_equal_travels_the_axis_nearer_to_a_whole_turn_decides() {
     }
 }
 
+/// A trunnion and a table on axes that turn a degree for each unit.
+fn table_table_in_degrees() -> (Machine, TipControl) {
+    let links = vec![
+        link("trunnion", None, turn(Axis::V, Vector::x(), FREE)),
+        link("table", Some("trunnion"), turn(Axis::W, Vector::z(), FREE)),
+    ];
+    (Machine::new(links).unwrap(), control(None, Some(1)))
+}
+
+#[test]
+fn axes_that_turn_by_degrees_find_what_axes_of_radians_find() {
+    let (machine, control) = table_table_in_degrees();
+    let mut previous = Position::default();
+    previous[Axis::W] = 350.0;
+    let found = control.orient(&machine, &vector(0.5, 0.0, 0.75f64.sqrt()), &previous).unwrap();
+    // As in `both_solutions_of_a_trunnion`; the table is nearer to the workpiece.
+    for (solution, expected) in
+        [(found.chosen, [-30.0, 270.0, -80.0, -30.0]), (found.other.unwrap(), [30.0, 450.0, 100.0, 30.0])]
+    {
+        let [table, trunnion] = solution.travel.map(f64::to_degrees);
+        let seen = [solution.position[Axis::V], solution.position[Axis::W], table, trunnion];
+        assert!(seen.iter().zip(expected).all(|(seen, expected)| (seen - expected).abs() < 1e-9), "{seen:?}");
+    }
+    let turns = control.turns(&machine).unwrap();
+    let at_trunnion = |degrees: f64| {
+        let mut position = Position::default();
+        position[Axis::V] = degrees;
+        Solution { position, free: None, travel: [1.0; 2], limits: Ok(()) }
+    };
+    for (better, worse) in [(350.0, 20.0), (5.0, 350.0), (725.0, 350.0)] {
+        assert!(is_better(&at_trunnion(better), &at_trunnion(worse), &turns), "{better} {worse}");
+    }
+}
+
+#[test]
+fn of_equal_positions_the_nearest_within_the_limits_is_taken() {
+    for (previous, limits, expected) in [
+        (1000.0, [-100.0, 400.0], 370.0),
+        (-1000.0, [5.0, 400.0], 10.0),
+        // Limits give way to rounding only.
+        (-1000.0, [10.0 + 0.5 * LIMIT_SLACK, 400.0], 10.0),
+        (-1000.0, [10.0 + 2.0 * LIMIT_SLACK, 400.0], 370.0),
+        (1000.0, [-100.0, 370.0 - 0.5 * LIMIT_SLACK], 370.0),
+        (1000.0, [-100.0, 370.0 - 2.0 * LIMIT_SLACK], 10.0),
+        // None is within them: the nearest of all.
+        (700.0, [20.0, 30.0], 730.0),
+    ] {
+        let [low, high] = limits;
+        assert_eq!(nearest(10.0, 360.0, previous, low, high), expected, "{previous} {limits:?}");
+    }
+}
+
 #[test]
 fn limits_rule_out_a_solution_or_both() {
     let tilted = vector(0.5, 0.0, 0.75f64.sqrt());
@@ -173,6 +225,20 @@ fn an_axis_along_the_tool_stays_where_it_was() {
 }
 
 #[test]
+fn a_spindle_that_turns_about_the_tool_stays_where_it_was() {
+    let links = vec![
+        link("table", None, turn(Axis::A, Vector::x(), FREE)),
+        link("spindle", None, turn(Axis::C, Vector::z(), FREE)),
+    ];
+    let (machine, control) = (Machine::new(links).unwrap(), control(Some(1), Some(0)));
+    let tilted = vector(0.0, 0.5, 0.75f64.sqrt());
+    let found = control.orient(&machine, &tilted, &at(&[(Axis::C, 33.0)])).unwrap();
+    assert_eq!((found.chosen.free, found.other), (Some(Axis::C), None));
+    assert_eq!(degrees(&found, [Axis::A, Axis::C])[0], Some([30.0, 33.0]));
+    assert!((control.tool_vector(&machine, &found.chosen.position).as_ref() - tilted.as_ref()).norm() < 1e-15);
+}
+
+#[test]
 fn a_head_at_45_degrees_reaches_the_horizontal_and_no_farther() {
     let (machine, control) = head_head(Vector::new(0.0, FRAC_1_SQRT_2, FRAC_1_SQRT_2));
     // Half a turn about (0, 1, 1) takes z to y; a quarter turn back about z takes y to x.
@@ -192,6 +258,12 @@ fn machines_without_two_such_axes_are_told() {
     assert_eq!(found(control(None, Some(0))), OrientationError::NotTwoJoints { found: 1 });
     // What carries both does not count.
     assert_eq!(found(control(Some(0), Some(1))), OrientationError::NotTwoJoints { found: 1 });
+    // Two joints of one axis turn together.
+    let joints = [("one", Vector::x()), ("other", Vector::y())];
+    let links = joints.map(|(name, direction)| link(name, None, turn(Axis::A, direction, FREE)));
+    let machine = Machine::new(links.to_vec()).unwrap();
+    let error = control(Some(1), Some(0)).orient(&machine, &vector(1.0, 0.0, 1.0), &Position::default()).unwrap_err();
+    assert_eq!(error, OrientationError::NotTwoJoints { found: 2 });
     let (machine, control) = head_head(Vector::z());
     let error = control.orient(&machine, &vector(1.0, 0.0, 1.0), &Position::default()).unwrap_err();
     assert_eq!(error, OrientationError::Parallel { axes: ['C', 'B'] });
