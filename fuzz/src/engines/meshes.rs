@@ -80,7 +80,7 @@ pub fn fan(choices: &mut Choices) -> Mesh {
 /// A mesh far from its origin, compared with its size.
 pub fn far(choices: &mut Choices) -> Mesh {
     let triangles = shape(choices, Kind::Soup);
-    let (scale, offset) = (choices.between(-12, 2), choices.direction() * choices.between(8, 11));
+    let (scale, offset) = (choices.between(-26, 2), choices.direction() * choices.between(8, 11));
     placed(&triangles, scale, &offset)
 }
 

@@ -5,6 +5,7 @@ use super::truth::Truth;
 use bvbench::geometry::grid::STEP_MM;
 use bvbench::geometry::{Isometry, Mesh, Point, Vector};
 use nalgebra::UnitQuaternion;
+use obbtree::engine::geometry::rigid;
 
 /// Doublings of a way that surely leads out of contact.
 const DOUBLINGS: u32 = 48;
@@ -40,7 +41,7 @@ pub fn rotation(choices: &mut Choices, length: Length) -> UnitQuaternion<f64> {
     let rotation = choices.rotation();
     match length {
         Length::Unit => rotation,
-        Length::Off => stretched(rotation, choices.between(-50, -24) * choices.of(&[-1.0, 1.0])),
+        Length::Off => stretched(rotation, choices.between(-40, -24) * choices.of(&[-1.0, 1.0])),
     }
 }
 
@@ -57,8 +58,9 @@ pub fn joined(choices: &mut Choices, a: &Mesh, b: &Mesh, rotation: UnitQuaternio
         1 => choices.vector() * choices.between(-30, -4),
         _ => Vector::zeros(),
     };
-    let at = on_a.coords - rotation.to_rotation_matrix().into_inner() * on_b.coords + off;
-    Isometry::from_parts(at.into(), rotation)
+    // As the truth turns it, whatever the quaternion's length.
+    let turned = rigid::rotation(&Isometry::from_parts(Vector::zeros().into(), rotation)) * on_b.coords;
+    Isometry::from_parts((on_a.coords - turned + off).into(), rotation)
 }
 
 /// On the way from a touching pose along a direction: the last pose found that touches, and the first that does not.
@@ -90,7 +92,7 @@ pub fn path(choices: &mut Choices, through: &Isometry, size_mm: f64, length: Len
         path.push(Isometry::from_parts(at.into(), rotation));
         rotation = UnitQuaternion::new_normalize((turn * rotation).into_inner());
         if length == Length::Off {
-            rotation = stretched(rotation, choices.between(-50, -24) * choices.of(&[-1.0, 1.0]));
+            rotation = stretched(rotation, choices.between(-40, -24) * choices.of(&[-1.0, 1.0]));
         }
     }
     path
