@@ -225,6 +225,16 @@ mod tests {
     }
 
     #[test]
+    fn it_is_around_its_contents_wherever_they_are() {
+        let place = Isometry::new(Vector::new(50.0, -30.0, 20.0), Vector::new(0.4, -0.9, 0.5));
+        let fitted = Rss::fit(&meshes::moved(&meshes::cuboid(20.0, 12.0, 2.0), 1.0, &place).triangles());
+        assert!((fitted.centre() - place * Point::origin()).norm() < 1e-6);
+        assert!((fitted.size() - (10.0_f64.hypot(6.0) + 1.0)).abs() < 1e-6);
+        let longest = fitted.split_axes(&[])[0].into_inner();
+        assert!((longest.dot(&(place * Vector::x())).abs() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
     fn figures_and_outline_are_those_of_rectangle_and_radius() {
         let fitted = Rss { half: [5.0, 3.0], radius: 2.0, ..Rss::fit(&meshes::cuboid(20.0, 12.0, 2.0).triangles()) };
         assert!((fitted.volume() - (240.0 + 64.0 * PI + 32.0 / 3.0 * PI)).abs() < 1e-9);

@@ -76,6 +76,11 @@ mod tests {
         assert_eq!(midpoint_of_widest_extreme_pair(&triangles), (Point::new(3.0, 0.0, 0.0), 2.0));
         let sphere = SphereRitter::fit(&triangles);
         assert_eq!(sphere.centre, Point::new(3.0, 0.0, 0.0));
+        // Wherever it begins.
+        let middle = Point::new(3.0, 0.0, 0.0);
+        for [a, b, c] in [[middle, p, q], [middle, q, p], [q, middle, p]] {
+            assert_eq!(midpoint_of_widest_extreme_pair(&[Triangle::new(a, b, c)]), (middle, 2.0));
+        }
         assert!((sphere.radius - 2.0).abs() < 1e-7); // half of 5 - 1, and the pad
         assert!(sphere.contains(&q, 0.0) && !sphere.contains(&Point::new(5.1, 0.0, 0.0), 0.0));
     }

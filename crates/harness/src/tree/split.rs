@@ -220,6 +220,19 @@ mod tests {
     }
 
     #[test]
+    fn thresholds_are_means_and_the_middle() {
+        let row = items(&[(0.0, 1.0), (1.0, 4.0), (2.0, 1.0), (9.0, 1.0), (10.0, 1.0)]);
+        for (rule, threshold) in [
+            (SplitRule::VertexMean, 4.4),
+            (SplitRule::Median, 4.4),
+            (SplitRule::AreaMean, 1.85),
+            (SplitRule::Midpoint, 5.0),
+        ] {
+            assert!((threshold_along(&row, rule, &Vector::x_axis()) - threshold).abs() < 1e-12, "{rule}");
+        }
+    }
+
+    #[test]
     fn sides_keep_their_order() {
         let mut items = items(&[(9.0, 1.0), (0.0, 1.0), (8.0, 1.0), (1.0, 1.0)]);
         assert_eq!(divide(&mut items, SplitRule::Midpoint, &xyz()), 2);

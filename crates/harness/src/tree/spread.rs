@@ -133,6 +133,7 @@ mod tests {
     use crate::volume::obb_area_f32::ObbAreaF32;
     use crate::volume::obbrss::ObbRss;
     use crate::volume::rss::Rss;
+    use crate::volume::shape::obb::Obb;
     use crate::volume::sphere_ritter::SphereRitter;
     use obbtree::cases::meshes;
     use proptest::prelude::*;
@@ -155,6 +156,47 @@ mod tests {
         assert!(hausdorff_mm(&Aabb::fit(&cube(0.0)), &hull(&cube(0.0)).solid.unwrap().0) < 1e-6);
         let flat = hull(&corner[..1]);
         assert!(flat.solid.is_none() && flat.corners.len() == 3);
+    }
+
+    #[test]
+    fn flat_is_what_has_next_to_no_volume_for_its_extent() {
+        let tetrahedron = |size: f64, height: f64| {
+            let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
+            let corners = [p(0.0, 0.0, 0.0), p(size, 0.0, 0.0), p(0.0, size, 0.0), p(0.0, 0.0, height)];
+            let [o, x, y, z] = corners;
+            let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+            thick(&corners, faces.to_vec()).map(|found| found.1)
+        };
+        // A sixth of the size squared times the height, and a millionth of 2√2 times the size cubed.
+        assert!((tetrahedron(0.01, 0.01).unwrap() - 1e-6 / 6.0).abs() < 1e-15);
+        assert!(tetrahedron(1000.0, 0.016).is_none() && tetrahedron(1000.0, 0.018).is_some());
+    }
+
+    #[test]
+    fn it_does_not_matter_how_the_hull_is_wound() {
+        for (shift, beyond) in [(0.0, 2.5), (40.0, 42.5), (-40.0, -41.5)] {
+            let outward = cube(shift);
+            let inward: Vec<Triangle> =
+                outward.iter().map(|face| Triangle::new(face.corners[0], face.corners[2], face.corners[1])).collect();
+            let point = Point::new(beyond, shift + 1.0, shift + 1.0);
+            let distance = if shift < 0.0 { 1.5 } else { 0.5 };
+            for hull in [&outward, &inward] {
+                assert!((farthest_outside_mm(vec![point], hull) - distance).abs() < 1e-9, "{shift}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_overlap_with_a_thin_rod_is_sampled_along_the_rod() {
+        let rod = Obb {
+            axes: crate::volume::fit::frame::any_frame(&Vector::repeat(1.0)),
+            centre: Point::new(1.0, 1.0, 1.0),
+            half: Vector::new(0.9, 0.005, 0.005),
+        };
+        let block = Aabb::fit(&cube(0.0));
+        for shared in [overlap_mm3(&rod, &block), overlap_mm3(&block, &rod)] {
+            assert!((shared / rod.volume() - 1.0).abs() < 1e-9, "{shared}");
+        }
     }
 
     proptest! {

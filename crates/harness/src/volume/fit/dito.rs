@@ -130,6 +130,7 @@ fn half_area(frame: &Matrix3<f64>, points: &[Point], pad: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::geometry::Isometry;
+    use obbtree::cases::Draw;
     use obbtree::cases::meshes;
 
     #[test]
@@ -140,6 +141,50 @@ mod tests {
         // Half of 2 (20·12 + 12·5 + 5·20).
         let corners: Vec<Point> = triangle::corners(&triangles).copied().collect();
         assert!((half_area(&axes, &corners, 0.0) - 400.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_extreme_corners_are_those_of_fourteen_directions() {
+        let random = (0..30).map(|k| {
+            let mut draw = Draw::new(3, &["dito"], k);
+            let [a, b, c] = [0; 3].map(|_| Point::from(draw.in_ball() * 9.0));
+            Triangle::new(a, b, c)
+        });
+        let triangles: Vec<Triangle> = random.collect();
+        for (k, direction) in DIRECTIONS.iter().enumerate() {
+            let height = |p: &Point| Vector::from(*direction).dot(&p.coords);
+            let extreme = extreme_corners(&triangles);
+            let all = || triangle::corners(&triangles).map(height);
+            assert_eq!(height(&extreme[2 * k]), all().fold(f64::INFINITY, f64::min));
+            assert_eq!(height(&extreme[2 * k + 1]), all().fold(f64::NEG_INFINITY, f64::max));
+        }
+    }
+
+    #[test]
+    fn frames_are_those_of_the_base_and_of_what_stands_on_it() {
+        let p = |x: f64, y: f64, z: f64| Point::new(x, y, z);
+        let base = [p(0.0, 0.0, 0.0), p(10.0, 0.0, 0.0), p(3.0, 6.0, 0.0)];
+        let [above, below] = [p(4.0, 1.0, 2.0), p(4.0, 2.0, -1.0)];
+        // Three for each triangle: the base alone, and three more on it for each side with a corner.
+        for (more, count) in [(vec![], 3), (vec![above], 12), (vec![above, below], 21)] {
+            let all: Vec<Point> = base.into_iter().chain(more).collect();
+            let triangles: Vec<Triangle> = all.iter().map(|&q| Triangle::new(q, q, q)).collect();
+            let found = frames(&extreme_corners(&triangles), &all);
+            assert_eq!(found.len(), count);
+            for frame in &found {
+                assert!((frame.tr_mul(frame) - Matrix3::identity()).amax() < 1e-12 && frame.determinant() > 0.0);
+            }
+            // The first is the base's own: its longest edge, and its normal.
+            assert!(found[0].column(0).x.abs() > 1.0 - 1e-12 && found[0].column(2).z.abs() > 1.0 - 1e-12);
+            // Every one has an edge between corners along its first axis, and another one square to its last.
+            for frame in found {
+                let edges = || all.iter().flat_map(|a| all.iter().map(move |b| (b - a).normalize()));
+                assert!(edges().any(|e| frame.column(0).dot(&e) > 1.0 - 1e-12));
+                assert!(edges().filter(|e| frame.column(2).dot(e).abs() < 1e-12).count() >= 6);
+            }
+        }
+        let cuboid: Vec<Point> = triangle::corners(&meshes::cuboid(1.0, 2.0, 3.0).triangles()).copied().collect();
+        assert!((half_area(&Matrix3::identity(), &cuboid, 0.5) - (2.0 * 3.0 + 3.0 * 4.0 + 4.0 * 2.0)).abs() < 1e-12);
     }
 
     #[test]

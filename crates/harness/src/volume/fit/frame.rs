@@ -97,6 +97,8 @@ pub fn any_frame(direction: &Vector) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Isometry;
+    use obbtree::cases::meshes;
 
     #[test]
     fn what_lies_inside_does_not_turn_the_hulls_axes() {
@@ -114,6 +116,30 @@ mod tests {
         let segment = [Triangle::new(p(0.0, 0.0), p(1.0, 1.0), p(0.0, 0.0))];
         let axes = HullAreaCovariance::mean_and_axes(&segment).1;
         assert!((axes.column(0).x - 0.5_f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_box_of_least_surface_is_taken_from_three() {
+        let cuboid = meshes::cuboid(2.0, 3.0, 4.0).triangles();
+        // Half of 2 (2·3 + 3·4 + 4·2), wherever the mean is.
+        assert!((surface(&cuboid, &Point::new(7.0, -5.0, 3.0), &Matrix3::identity()) - 26.0).abs() < 1e-12);
+        // No covariance knows the axes of a cube; those of its mesh are its own.
+        let cube = meshes::cuboid(2.0, 2.0, 2.0).triangles();
+        let (mean, axes) = LeastSurface::mean_and_axes(&cube);
+        assert!((surface(&cube, &mean, &axes) - 12.0).abs() < 1e-12 && mean.coords.norm() < 1e-12);
+        // A right triangle and a smaller one beside it, turned: the frame of the larger one is that of its hypotenuse.
+        let turn = Isometry::rotation(Vector::new(0.4, -0.9, 0.5));
+        let p = |x: f64, y: f64| turn * Point::new(x, y, 0.0);
+        let sail = [
+            Triangle::new(p(0.0, 0.0), p(5.0, 0.0), p(1.8, 2.4)),
+            Triangle::new(p(0.2, 0.0), p(4.8, 0.0), p(1.9, 2.3)),
+        ];
+        let (mean, axes) = LeastSurface::mean_and_axes(&sail);
+        assert!((surface(&sail, &mean, &axes) - 5.0 * 2.4).abs() < 1e-9);
+        // The axes of a turned rod are the principal ones.
+        let rod = meshes::moved(&meshes::cuboid(90.0, 6.0, 4.0), 1.0, &Isometry::rotation(Vector::new(0.2, 0.3, -0.4)));
+        let (mean, axes) = LeastSurface::mean_and_axes(&rod.triangles());
+        assert!((surface(&rod.triangles(), &mean, &axes) - (540.0 + 24.0 + 360.0)).abs() < 1e-3);
     }
 
     #[test]

@@ -142,6 +142,15 @@ mod tests {
     }
 
     #[test]
+    fn a_box_has_its_size_and_its_gap() {
+        let cuboid = AlignedBox::<Aabb>::new(Point::new(1.0, 2.0, 3.0), Vector::new(1.0, 2.0, 2.0));
+        assert_eq!((cuboid.size(), cuboid.volume(), cuboid.centre()), (9.0, 32.0, Point::new(1.0, 2.0, 3.0)));
+        let pose = |y: f64| AlignedBox::<Aabb>::pose(&Isometry::translation(0.0, y, 0.0));
+        assert!((cuboid.gap_mm(&cuboid, &pose(9.0)) - 5.0).abs() < 1e-6);
+        assert_eq!(cuboid.gap_mm(&cuboid, &pose(3.0)), 0.0);
+    }
+
+    #[test]
     fn each_rule_sees_what_its_axes_show() {
         let quarter = std::f64::consts::FRAC_PI_4;
         // On its edge about z at x: its width along x is 2√2, which all see.

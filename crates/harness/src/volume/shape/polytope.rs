@@ -149,6 +149,19 @@ mod tests {
     }
 
     #[test]
+    fn a_cube_may_be_cut_square_to_any_direction() {
+        for normal in [Vector::x(), Vector::y(), Vector::z(), -Vector::x(), -Vector::y(), -Vector::z()] {
+            let half = Polytope::cube(&Point::new(3.0, 3.0, 3.0), 1.0)
+                .clip([(normal, normal.dot(&Vector::repeat(3.0)) + 0.5)]);
+            assert!((half.volume() - 6.0).abs() < 1e-12 && (half.surface_area() - 20.0).abs() < 1e-12, "{normal}");
+        }
+        // Through opposite edges: half of it, with two triangles and a rectangle of 2 by 2√2.
+        let wedge = Polytope::cube(&Point::origin(), 1.0).clip([(Vector::new(1.0, 1.0, 0.0).normalize(), 0.0)]);
+        assert!((wedge.volume() - 4.0).abs() < 1e-9, "{}", wedge.volume());
+        assert!((wedge.surface_area() - (12.0 + 4.0 * 2.0_f64.sqrt())).abs() < 1e-9, "{}", wedge.surface_area());
+    }
+
+    #[test]
     fn the_key_of_the_sort_grows_with_the_angle() {
         let keys: Vec<f64> =
             (-179..=180).map(|k| f64::from(k).to_radians()).map(|t| like_angle(t.cos(), t.sin())).collect();

@@ -88,6 +88,7 @@ impl Arc {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn arcs_meet_where_a_normal_of_the_other_is_perpendicular() {
@@ -109,5 +110,36 @@ mod tests {
         assert!((part.ends[0] - near(0.0)).norm() < 1e-9 && (part.ends[1] - near(0.1)).norm() < 1e-9);
         let [first, second] = part.halves();
         assert!((first.ends[1] - near(0.05)).norm() < 1e-9 && (second.middle() - near(0.075)).norm() < 1e-9);
+        assert!((second.part(0.01, 0.04).middle() - near(0.075)).norm() < 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn the_parts_that_meet_are_those_with_a_perpendicular_normal(
+            ends in prop::array::uniform4(prop::array::uniform3(-1.0..1.0_f64)),
+        ) {
+            let ends = ends.map(Vector::from);
+            prop_assume!(ends.iter().all(|end| end.norm() > 0.1));
+            let [from, to, other_from, other_to] = ends.map(|end| end.normalize());
+            let arc = |from: Vector, to: Vector| {
+                let tangent = (to - from * from.dot(&to)).normalize();
+                Arc { ends: [from, to], tangent, edge: from.cross(&tangent), angle: from.angle(&to) }
+            };
+            prop_assume!(from.cross(&to).norm() > 0.1 && other_from.cross(&other_to).norm() > 0.1);
+            let (this, other) = (arc(from, to), arc(other_from, other_to));
+            let parts = this.meets(&other);
+            for step in 0..=100 {
+                let normal = this.at(this.angle * f64::from(step) / 100.0);
+                // Between its ends the other arc passes through the plane square to the normal.
+                let sides = [other_from, other_to].map(|end| end.dot(&normal));
+                if sides.iter().any(|side| side.abs() < 1e-6) {
+                    continue;
+                }
+                let holds = |part: &Arc| {
+                    part.ends[0].angle(&normal) <= part.angle + 1e-9 && part.ends[1].angle(&normal) <= part.angle + 1e-9
+                };
+                prop_assert_eq!(parts.iter().flatten().any(holds), sides[0] * sides[1] < 0.0, "{}", step);
+            }
+        }
     }
 }

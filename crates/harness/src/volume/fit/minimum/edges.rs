@@ -214,6 +214,29 @@ mod tests {
         assert!(boxes.steps > 2 && boxes.search.best.0.is_finite());
     }
 
+    #[test]
+    fn equal_and_opposite_directions_count_once() {
+        let (x, y) = (Vector::x(), Vector::y());
+        let nearly = (x + y * 1e-9).normalize();
+        let (aslant, apart) = ((x + y).normalize(), (x + y * 1e-6).normalize());
+        assert_eq!(distinct([x, y, -x, nearly, aslant, -aslant, y, apart].into_iter()), [x, y, aslant, apart]);
+    }
+
+    #[test]
+    fn of_a_thin_wedge_the_boxes_on_pairs_of_edges_are_tried_and_of_a_flat_one_not() {
+        let steps = |thick: f64| {
+            let solid =
+                solid(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [1.0, 1.0, thick]]).expect("four corners in space");
+            let mut search = Search::new(solid.vertices.iter(), 0.0);
+            let mut boxes = BoxesOnEdges::new(&mut search, &solid);
+            boxes.try_all();
+            boxes.steps
+        };
+        // Flat is what is thinner than a millionth of its diameter of √13 mm.
+        assert!(steps(1.0) > 0 && steps(2.0 * FLAT * 13.0_f64.sqrt()) > 0);
+        assert_eq!(steps(0.5 * FLAT * 13.0_f64.sqrt()), 0);
+    }
+
     proptest! {
         #[test]
         fn climbing_finds_what_looking_at_all_corners_finds(

@@ -108,7 +108,7 @@ fn extreme_vertices(solid: &Solid) -> Vec<Point> {
 mod tests {
     use super::*;
     use crate::geometry::Isometry;
-    use obbtree::cases::meshes;
+    use obbtree::cases::{Draw, meshes};
 
     fn volume(triangles: &[Triangle]) -> f64 {
         let (_, axes) = MinimumVolume::mean_and_axes(triangles);
@@ -130,6 +130,36 @@ mod tests {
             .map(|p: [f64; 3]| turn * Point::from(p));
         let triangles = [Triangle::new(a, b, c), Triangle::new(a, b, d)];
         assert!((volume(&triangles) - 8.0).abs() < 8.0 * TOLERANCE, "{}", volume(&triangles));
+    }
+
+    /// Points on an ellipsoid with half-lengths of 4, 2 and 1 mm, turned; three to a triangle.
+    fn ellipsoid(points: u32) -> Vec<Triangle> {
+        let turn = Isometry::rotation(Vector::new(-0.3, 1.9, 0.2));
+        let corners: Vec<Point> = (0..points)
+            .map(|k| {
+                let on_sphere = Draw::new(11, &["ellipsoid"], u64::from(k)).in_ball().normalize();
+                turn * Point::from(on_sphere.component_mul(&Vector::new(4.0, 2.0, 1.0)))
+            })
+            .collect();
+        corners.chunks_exact(3).map(|three| Triangle::new(three[0], three[1], three[2])).collect()
+    }
+
+    #[test]
+    fn the_extreme_corners_of_many_are_spread_all_around() {
+        let triangles = ellipsoid(3000);
+        let Some(Hull::Solid(solid)) = Hull::of(triangle::corners(&triangles)) else { panic!("no solid") };
+        assert!(solid.vertices.len() > EXACT_VERTICES);
+        let extreme = extreme_vertices(&solid);
+        assert_eq!(extreme.len(), EXACT_VERTICES);
+        for k in 0..500 {
+            let direction = Draw::new(12, &["direction"], k).in_ball().normalize();
+            let height =
+                |points: &[Point]| points.iter().map(|p| direction.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max);
+            let (coarse, all) = (height(&extreme), height(&solid.vertices));
+            assert!(coarse <= all && coarse > 0.97 * all, "{direction}: {coarse} of {all}");
+        }
+        // 8 · 4 · 2 · 1 mm³.
+        assert!((volume(&triangles) - 64.0).abs() < 1.3, "{}", volume(&triangles));
     }
 
     #[test]

@@ -83,3 +83,51 @@ impl Search {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Isometry;
+    use nalgebra::Rotation3;
+    use obbtree::cases::meshes;
+
+    fn search(turn: Vector, pad: f64) -> Search {
+        let turn = Isometry::rotation(turn);
+        let corners: Vec<Point> = meshes::cuboid(20.0, 12.0, 5.0).vertices().iter().map(|p| turn * p).collect();
+        Search::new(corners.iter(), pad)
+    }
+
+    #[test]
+    fn a_search_begins_with_the_coordinate_axes_and_takes_what_is_smaller_alone() {
+        let mut search = search(Vector::zeros(), 0.5);
+        assert!((search.best.0 - 21.0 * 13.0 * 6.0).abs() < 1e-9);
+        assert!((search.diameter - (400.0_f64 + 144.0 + 25.0).sqrt()).abs() < 1e-9);
+        let aslant = Rotation3::from_axis_angle(&Vector::z_axis(), 0.1).into_inner();
+        assert!(!search.offer(&Matrix3::identity()) && !search.offer(&aslant));
+        assert!((0..3).all(|column| !search.turn_about(&Matrix3::identity(), column)));
+        assert_eq!(search.best.1, Matrix3::identity());
+    }
+
+    #[test]
+    fn a_turn_about_the_right_axis_finds_the_box_and_one_about_another_does_not() {
+        let mut about = search(Vector::z() * 0.4, 0.0);
+        assert!(about.turn_about(&Matrix3::identity(), 2) && (about.best.0 - 1200.0).abs() < 1e-6);
+        let axes = about.best.1;
+        assert!((axes.tr_mul(&axes) - Matrix3::identity()).amax() < 1e-12 && axes.determinant() > 0.0);
+        let mut about = search(Vector::z() * 0.4, 0.0);
+        about.turn_about(&Matrix3::identity(), 0);
+        assert!(about.best.0 > 1300.0);
+    }
+
+    #[test]
+    fn the_descent_ends_where_no_turn_makes_the_box_smaller() {
+        for turn in [[0.4, -0.9, 0.5], [0.2, 0.1, 0.3], [-0.5, 0.4, 0.7], [0.1, 0.6, -0.4]] {
+            let mut search = search(Vector::from(turn), 0.0);
+            let before = search.best.0;
+            search.descend();
+            assert!(search.best.0 < before);
+            let axes = search.best.1;
+            assert!((0..3).all(|column| !search.turn_about(&axes, column)), "{turn:?}");
+        }
+    }
+}
