@@ -203,6 +203,20 @@ mod tests {
     }
 
     #[test]
+    fn of_two_nodes_the_larger_is_opened_and_of_equal_ones_the_first() {
+        let cuboid = |size: f64| tree(&meshes::cuboid(size, size, size).triangles());
+        let (large, small) = (cuboid(2.0), cuboid(1.0));
+        let Some((left, right)) = large.nodes[0].children() else { panic!("a leaf") };
+        assert_eq!(open(&large.nodes[0], &small.nodes[0], (0, 7)), Some([(left, 7), (right, 7)]));
+        assert_eq!(open(&small.nodes[0], &large.nodes[0], (7, 0)), Some([(7, left), (7, right)]));
+        assert_eq!(open(&large.nodes[0], &large.nodes[0], (0, 7)), Some([(left, 7), (right, 7)]));
+        // A leaf cannot be opened, however large.
+        let leaf = tree(&meshes::cuboid(9.0, 9.0, 9.0).triangles()[..1]);
+        assert_eq!(open(&leaf.nodes[0], &large.nodes[0], (7, 0)), Some([(7, left), (7, right)]));
+        assert_eq!(open(&leaf.nodes[0], &leaf.nodes[0], (0, 0)), None);
+    }
+
+    #[test]
     fn counting_changes_no_answer_and_all_lists_every_contact_once() {
         let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
         let torus = tree(&triangles);

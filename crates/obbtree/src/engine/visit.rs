@@ -189,10 +189,10 @@ mod tests {
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
 
-    /// A child 5 mm from the node's origin with half-lengths of 1, 2 and 3 mm: u(43·5 + 54·6) = 539u.
+    /// A child 7 mm from the node's origin with half-lengths of 1, 2 and 3 mm: u(43·7 + 54·6) = 625u.
     #[test]
     fn the_slack_of_a_node_is_that_of_its_farthest_and_largest_child() {
-        let corners = [Point::new(2.0, 2.0, -3.0), Point::new(4.0, 6.0, 3.0)];
+        let corners = [Point::new(1.0, 1.0, 3.0), Point::new(3.0, 5.0, 9.0)];
         let child = Aligned::fit(&Matrix3::identity(), [0.0; 3], corners.iter().map(|&p| Triangle { corners: [p; 3] }));
         let small =
             Aligned::fit(&Matrix3::identity(), [0.0; 3], std::iter::once(Triangle { corners: [corners[0]; 3] }));
@@ -201,7 +201,7 @@ mod tests {
         node.put(1, &child);
         node.count = 2;
         let slack = node_slack(&node);
-        assert!((539.0 * U..539.001 * U).contains(&slack), "{} u", slack / U);
+        assert!((625.0 * U..625.001 * U).contains(&slack), "{} u", slack / U);
     }
 
     struct Visiting<'a, V: WideVolume>(&'a [Visit<'a, V>]);
