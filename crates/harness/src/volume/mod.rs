@@ -196,6 +196,66 @@ mod tests {
         holds_snapped_corners::<obb_hull_area::ObbHullArea>();
     }
 
+    /// A cuboid of 20 by 12 by 4 mm far from its origin, against itself turned about its own middle and shifted.
+    fn says_where_a_cuboid_is<V: BoundingVolume>() {
+        let (id, middle) = (V::INFO.id, Point::new(30.0, -20.0, 10.0));
+        let place = Isometry::translation(middle.x, middle.y, middle.z);
+        let volume = V::fit(&meshes::moved(&meshes::cuboid(20.0, 12.0, 4.0), 1.0, &place).triangles());
+        assert!((volume.centre() - middle).norm() < 2.0, "{id}: {}", volume.centre());
+        assert!(volume.contains(&middle, 0.0) && !volume.contains(&Point::origin(), 1.0), "{id}");
+        assert!(volume.size() > 0.0 && volume.volume() >= 960.0 - 1e-6, "{id}");
+        assert!(volume.surface_area() >= 2.0 * (240.0 + 48.0 + 80.0) - 1e-6 || id.starts_with("dop"), "{id}");
+        // Its half-lengths along the axes where it stands turned, and as it is.
+        for (turn, [x, y, z]) in [
+            ([0.0; 3], [10.0, 6.0, 2.0]),
+            ([0.0, 0.0, 180.0], [10.0, 6.0, 2.0]),
+            ([0.0, 0.0, 90.0], [6.0, 10.0, 2.0]),
+            ([0.0, 90.0, 0.0], [2.0, 6.0, 10.0]),
+            ([90.0, 0.0, 0.0], [10.0, 2.0, 6.0]),
+        ] {
+            let [roll, pitch, yaw] = turn.map(f64::to_radians);
+            let rotation = nalgebra::UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+            for (axis, way) in [10.0 + x, 6.0 + y, 2.0 + z].into_iter().enumerate() {
+                for sign in [-1.0, 1.0] {
+                    let at = |shift: f64| {
+                        let to = middle.coords + Vector::ith(axis, sign * shift) - rotation * middle.coords;
+                        V::Shape::pose(&Isometry::from_parts(to.into(), rotation))
+                    };
+                    let gap = volume.gap_mm(&volume, &at(100.0));
+                    assert!(gap > 25.0 && gap <= 100.0 - way + 1e-6, "{id}: {gap} along {axis} by {sign}, {turn:?}");
+                    assert!(!volume.overlaps(&volume, &at(100.0)), "{id}: apart along {axis} by {sign}, {turn:?}");
+                    let touching = at(way - 0.1);
+                    assert!(volume.overlaps(&volume, &touching), "{id}: touching along {axis} by {sign}, {turn:?}");
+                    assert!(
+                        volume.gap_mm(&volume, &touching) < 1e-9,
+                        "{id}: touching along {axis} by {sign}, {turn:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_shape_says_where_a_cuboid_is() {
+        says_where_a_cuboid_is::<sphere_ritter::SphereRitter>();
+        says_where_a_cuboid_is::<sphere_ritter_f32::SphereRitterF32>();
+        says_where_a_cuboid_is::<aabb::Aabb>();
+        says_where_a_cuboid_is::<aabb_f32::AabbF32>();
+        says_where_a_cuboid_is::<aabb_sat6::AabbSat6>();
+        says_where_a_cuboid_is::<aabb_refit::AabbRefit>();
+        says_where_a_cuboid_is::<dop_6::Dop6>();
+        says_where_a_cuboid_is::<dop_8::Dop8>();
+        says_where_a_cuboid_is::<dop_8_f32::Dop8F32>();
+        says_where_a_cuboid_is::<dop_8_vertex::Dop8Vertex>();
+        says_where_a_cuboid_is::<dop_14::Dop14>();
+        says_where_a_cuboid_is::<dop_18::Dop18>();
+        says_where_a_cuboid_is::<dop_26::Dop26>();
+        says_where_a_cuboid_is::<rss::Rss>();
+        says_where_a_cuboid_is::<obbrss::ObbRss>();
+        says_where_a_cuboid_is::<obb_area::ObbArea>();
+        says_where_a_cuboid_is::<obb_area_f32::ObbAreaF32>();
+    }
+
     #[test]
     fn boxes_have_areas_and_edges() {
         // Sides of 2, 4 and 6 mm: 2 (8 + 24 + 12) = 88 mm²; four edges of each length, 48 mm in all.

@@ -112,8 +112,8 @@ mod tests {
     #[test]
     fn a_sphere_has_its_volume_area_size_and_gap() {
         let sphere = |x: f64, radius: f64| Sphere { centre: Point::new(x, 0.0, 0.0), radius };
-        assert!((sphere(5.0, 3.0).volume() - 36.0 * std::f64::consts::PI).abs() < 1e-12);
-        assert!((sphere(5.0, 3.0).surface_area() - 36.0 * std::f64::consts::PI).abs() < 1e-12);
+        assert!((sphere(5.0, 3.0).volume() - 36.0 * PI).abs() < 1e-12);
+        assert!((sphere(5.0, 3.0).surface_area() - 36.0 * PI).abs() < 1e-12);
         assert!(sphere(0.0, 3.0).size() > sphere(0.0, 2.0).size() && sphere(0.0, 2.0).size() > 0.0);
         let pose = Sphere::pose(&Isometry::translation(10.0, 0.0, 0.0));
         assert!((sphere(1.0, 3.0).gap_mm(&sphere(2.0, 4.0), &pose) - 4.0).abs() < 1e-12);
