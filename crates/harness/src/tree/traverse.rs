@@ -217,6 +217,18 @@ mod tests {
     }
 
     #[test]
+    fn a_tree_with_other_volumes_is_the_same_tree() {
+        let torus = tree(&meshes::torus(12.0, 4.0, 14, 7).triangles());
+        let numbered = torus.with_volumes(|volume| Some(volume.size())).unwrap();
+        assert_eq!(numbered.nodes().len(), torus.nodes().len());
+        for (number, node) in numbered.nodes().iter().zip(torus.nodes()) {
+            assert_eq!((number.volume, number.children()), (node.volume.size(), node.children()));
+        }
+        let smallest = torus.nodes().iter().map(|node| node.size).fold(f64::INFINITY, f64::min);
+        assert!(torus.with_volumes(|volume| (volume.size() > smallest).then_some(())).is_none());
+    }
+
+    #[test]
     fn counting_changes_no_answer_and_all_lists_every_contact_once() {
         let triangles = meshes::torus(12.0, 4.0, 14, 7).triangles();
         let torus = tree(&triangles);

@@ -200,10 +200,26 @@ mod tests {
     fn says_where_a_cuboid_is<V: BoundingVolume>() {
         let (id, middle) = (V::INFO.id, Point::new(30.0, -20.0, 10.0));
         let place = Isometry::translation(middle.x, middle.y, middle.z);
-        let volume = V::fit(&meshes::moved(&meshes::cuboid(20.0, 12.0, 4.0), 1.0, &place).triangles());
+        let cuboid = |scale: f64| meshes::moved(&meshes::cuboid(20.0, 12.0, 4.0), scale, &place).triangles();
+        let volume = V::fit(&cuboid(1.0));
         assert!((volume.centre() - middle).norm() < 2.0, "{id}: {}", volume.centre());
         assert!(volume.contains(&middle, 0.0) && !volume.contains(&Point::origin(), 1.0), "{id}");
-        assert!(volume.size() > 0.0 && volume.volume() >= 960.0 - 1e-6, "{id}");
+        assert!(volume.volume() >= 960.0 - 1e-6, "{id}");
+        let sizes = [0.25, 0.5, 1.0, 2.0].map(|scale| V::fit(&cuboid(scale)).size());
+        assert!(sizes[0] > 0.0 && sizes.windows(2).all(|pair| pair[1] > 1.5 * pair[0]), "{id}: {sizes:?}");
+        // What is drawn is the volume's own surface, all around its contents.
+        let ends: Vec<Point> = volume.outline().into_iter().flatten().collect();
+        let is_on_surface = |end: &Point| {
+            let beyond = middle + (end - middle) * 1.001;
+            volume.contains(end, 1e-4) && !volume.contains(&beyond, 0.0)
+        };
+        assert!(ends.iter().all(is_on_surface), "{id}");
+        for corner in cuboid(1.0).iter().flat_map(|triangle| triangle.corners) {
+            for way in [Vector::x(), Vector::y(), Vector::z()] {
+                let way = way * way.dot(&(corner - middle)).signum();
+                assert!(ends.iter().any(|end| way.dot(&(end - corner)) > -1e-6), "{id}: {corner} along {way}");
+            }
+        }
         assert!(volume.surface_area() >= 2.0 * (240.0 + 48.0 + 80.0) - 1e-6 || id.starts_with("dop"), "{id}");
         // Its half-lengths along the axes where it stands turned, and as it is.
         for (turn, [x, y, z]) in [

@@ -123,6 +123,8 @@ mod tests {
         let cuboid = meshes::cuboid(2.0, 3.0, 4.0).triangles();
         // Half of 2 (2·3 + 3·4 + 4·2), wherever the mean is.
         assert!((surface(&cuboid, &Point::new(7.0, -5.0, 3.0), &Matrix3::identity()) - 26.0).abs() < 1e-12);
+        let place = Isometry::translation(1.0, -9.0, 2.0);
+        assert_eq!(reach_mm(&meshes::moved(&meshes::cuboid(2.0, 3.0, 4.0), 1.0, &place).triangles()), 10.5);
         // No covariance knows the axes of a cube; those of its mesh are its own.
         let cube = meshes::cuboid(2.0, 2.0, 2.0).triangles();
         let (mean, axes) = LeastSurface::mean_and_axes(&cube);
