@@ -191,6 +191,7 @@ mod tests {
     use super::*;
     use crate::geometry::hull::Hull;
     use crate::geometry::{Point, rectangle};
+    use obbtree::cases::Draw;
     use proptest::prelude::*;
 
     fn solid(corners: &[[f64; 3]]) -> Option<Solid> {
@@ -235,6 +236,28 @@ mod tests {
         // Flat is what is thinner than a millionth of its diameter of √13 mm.
         assert!(steps(1.0) > 0 && steps(2.0 * FLAT * 13.0_f64.sqrt()) > 0);
         assert_eq!(steps(0.5 * FLAT * 13.0_f64.sqrt()), 0);
+    }
+
+    /// Bounds that are too loose cost steps, bounds that are too tight lose boxes.
+    #[test]
+    fn the_search_takes_the_steps_that_it_took() {
+        let random = |corners: u64| {
+            let on_sphere = (0..corners).map(|k| Draw::new(5, &["steps"], k).in_ball().normalize());
+            on_sphere.map(|p| [4.0 * p.x, 2.0 * p.y, p.z]).collect::<Vec<_>>()
+        };
+        let wedge = vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.5, 0.7, 5.0]];
+        for (corners, steps, volume) in
+            [(wedge, 478, 28.497_072), (random(9), 308, 21.084_591), (random(30), 1568, 54.737_512)]
+        {
+            let solid = solid(&corners).unwrap();
+            let mut search = Search::new(solid.vertices.iter(), 1e-3);
+            search.descend();
+            let mut boxes = BoxesOnEdges::new(&mut search, &solid);
+            boxes.try_all();
+            // A hundredth for what another processor's sines round otherwise.
+            assert!(boxes.steps.abs_diff(steps) <= steps / 100, "{} steps, not {steps}", boxes.steps);
+            assert!((boxes.search.best.0 / volume - 1.0).abs() < 1e-6, "{} mm³, not {volume}", boxes.search.best.0);
+        }
     }
 
     proptest! {
