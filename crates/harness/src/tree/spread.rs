@@ -174,14 +174,14 @@ mod tests {
 
     #[test]
     fn it_does_not_matter_how_the_hull_is_wound() {
-        for (shift, beyond) in [(0.0, 2.5), (40.0, 42.5), (-40.0, -41.5)] {
-            let outward = cube(shift);
+        // Cubes of edge 2 from `low` on, and points beside them.
+        for (low, x, distance) in [(0.0, 2.5, 0.5), (40.0, 42.5, 0.5), (-40.0, -41.5, 1.5)] {
+            let outward = cube(low);
             let inward: Vec<Triangle> =
                 outward.iter().map(|face| Triangle::new(face.corners[0], face.corners[2], face.corners[1])).collect();
-            let point = Point::new(beyond, shift + 1.0, shift + 1.0);
-            let distance = if shift < 0.0 { 1.5 } else { 0.5 };
             for hull in [&outward, &inward] {
-                assert!((farthest_outside_mm(vec![point], hull) - distance).abs() < 1e-9, "{shift}");
+                let found = farthest_outside_mm(vec![Point::new(x, low + 1.0, low + 1.0)], hull);
+                assert!((found - distance).abs() < 1e-9, "{low}: {found}");
             }
         }
     }

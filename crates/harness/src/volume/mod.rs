@@ -204,7 +204,8 @@ mod tests {
         let volume = V::fit(&cuboid(1.0));
         assert!((volume.centre() - middle).norm() < 2.0, "{id}: {}", volume.centre());
         assert!(volume.contains(&middle, 0.0) && !volume.contains(&Point::origin(), 1.0), "{id}");
-        assert!(volume.volume() >= 960.0 - 1e-6, "{id}");
+        // What is convex and holds the cuboid has no less volume or surface.
+        assert!(volume.volume() >= 960.0 - 1e-6 && volume.surface_area() >= 736.0 - 1e-6, "{id}");
         let sizes = [0.25, 0.5, 1.0, 2.0].map(|scale| V::fit(&cuboid(scale)).size());
         assert!(sizes[0] > 0.0 && sizes.windows(2).all(|pair| pair[1] > 1.5 * pair[0]), "{id}: {sizes:?}");
         // What is drawn is the volume's own surface, all around its contents.
@@ -220,7 +221,6 @@ mod tests {
                 assert!(ends.iter().any(|end| way.dot(&(end - corner)) > -1e-6), "{id}: {corner} along {way}");
             }
         }
-        assert!(volume.surface_area() >= 2.0 * (240.0 + 48.0 + 80.0) - 1e-6 || id.starts_with("dop"), "{id}");
         // Its half-lengths along the axes where it stands turned, and as it is.
         for (turn, [x, y, z]) in [
             ([0.0; 3], [10.0, 6.0, 2.0]),

@@ -74,10 +74,9 @@ impl Document {
         self.place(&span).error(message)
     }
 
-    /// The error of a file that is named here: one that cannot be read is told with this place.
-    pub(super) fn naming(&self, file: &Spanned<String>) -> impl Fn(SceneError) -> SceneError + use<> {
-        let place = self.place(&file.span());
-        move |error| if matches!(error, SceneError::Read { .. }) { place.clone().error(error) } else { error }
+    /// Adds the place where the document names a file to the error that the file cannot be read.
+    pub(super) fn naming(&self, file: &Spanned<String>) -> impl FnOnce(SceneError) -> SceneError {
+        |error| if matches!(error, SceneError::Read { .. }) { self.place(&file.span()).error(error) } else { error }
     }
 
     /// The place of a table's header, for entries without a span of their own.
@@ -186,9 +185,8 @@ fn read_programs(
     let first = read_program(folder, document, file, &setup, tip, overrides)?;
     let skips_more = overrides.skips_program || overrides.defers_program;
     let more = file.more.iter().filter(|_| !skips_more).map(|path| {
-        let unreadable = document.naming(path);
+        let source = folder.text(path.get_ref()).map_err(document.naming(path))?;
         let path = path.get_ref();
-        let source = folder.text(path).map_err(unreadable)?;
         program::run(&source, folder.path(path), folder.hash(path), &first.setup, first.tip.clone(), first.sampling)
     });
     let more = more.collect::<Result<Vec<_>, SceneError>>()?;
@@ -438,9 +436,8 @@ fn read_program(
     overrides: &Overrides,
 ) -> Result<ProgramRun, SceneError> {
     let sampling = program::sampling(file).map_err(|wrong| document.meaning(wrong))?;
-    let path = file.file.get_ref();
-    let unreadable = document.naming(&file.file);
-    let source = if overrides.skips_program { String::new() } else { folder.text(path).map_err(unreadable)? };
+    let (path, naming) = (file.file.get_ref(), document.naming(&file.file));
+    let source = if overrides.skips_program { String::new() } else { folder.text(path).map_err(naming)? };
     let (path, hash) = (folder.path(path), folder.hash(path));
     if overrides.defers_program {
         return Ok(program::deferred(&source, path, hash, setup, tip, sampling));

@@ -90,12 +90,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn arc(from: Vector, to: Vector) -> Arc {
+        let tangent = (to - from * from.dot(&to)).normalize();
+        Arc { ends: [from, to], tangent, edge: from.cross(&tangent), angle: from.angle(&to) }
+    }
+
     #[test]
     fn arcs_meet_where_a_normal_of_the_other_is_perpendicular() {
-        let arc = |from: Vector, to: Vector| {
-            let tangent = (to - from * from.dot(&to)).normalize();
-            Arc { ends: [from, to], tangent, edge: from.cross(&tangent), angle: from.angle(&to) }
-        };
         // From x to y against the arc from x to z: n = (cos φ, sin φ, 0) is perpendicular to m = (cos θ, 0, sin θ) when
         // cos φ cos θ = 0: at φ = 90° for all m, and for m = z at all φ.
         let [first, second] = arc(Vector::x(), Vector::y()).meets(&arc(Vector::x(), Vector::z()));
@@ -121,10 +122,6 @@ mod tests {
             let ends = ends.map(Vector::from);
             prop_assume!(ends.iter().all(|end| end.norm() > 0.1));
             let [from, to, other_from, other_to] = ends.map(|end| end.normalize());
-            let arc = |from: Vector, to: Vector| {
-                let tangent = (to - from * from.dot(&to)).normalize();
-                Arc { ends: [from, to], tangent, edge: from.cross(&tangent), angle: from.angle(&to) }
-            };
             prop_assume!(from.cross(&to).norm() > 0.1 && other_from.cross(&other_to).norm() > 0.1);
             let (this, other) = (arc(from, to), arc(other_from, other_to));
             let parts = this.meets(&other);
