@@ -409,6 +409,9 @@ fn slides_at_other_angles_follow_the_tip_less_well() {
     case.stays_beyond(1.0, 2.0, [0.0, 1.0, 0.0], 18.0 * 0.96 - HALF - way[1]);
     case.stays_beyond(1.0, 2.0, [0.0, 0.0, 1.0], 12.0 + 5.0 + 4.0 - HALF - 2.0);
     let defect = SQRT_2 * 0.28;
+    // The middle of an arc's way is as far off as the slides are from square.
+    let arc = format!("point 0 1 X 10 Z 10 tip 70\nfeed 1 1 X 0 Y 10 Z 12 arc X Y 0 0 {FRAC_PI_2} tip 70");
+    Case { moves: &arc, ..case }.goes(1.0, 2.0, 1.0 + (1.0 + defect).sqrt() * 2.5 * PI);
     let ball = |way: [f64; 3], defect: f64| way.iter().map(|x| x * x).sum::<f64>().sqrt() / (1.0 - defect).sqrt();
     let case = Case { a: ["-", PLAIN], ..case };
     case.goes(1.0, 2.0, ball(way, defect) * 3.0_f64.sqrt());
