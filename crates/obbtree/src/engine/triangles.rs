@@ -10,10 +10,10 @@ use super::lanes::{DOUBLES, DoubleLanes, three};
 use super::measure::{self, minus};
 use super::node::WideTree;
 use super::volume::WideVolume;
-use crate::engine::geometry::certified;
 use crate::engine::geometry::grid::Placement;
 use crate::engine::geometry::plane::{ERROR, Side};
 use crate::engine::geometry::{Point, Triangle};
+use crate::engine::geometry::{certified, exact};
 
 /// Rounding of a component of a normal, relative to the sum of its products' magnitudes, 8·2⁻⁵³: see [`sides`].
 const NORMAL: f64 = 8.0 / 9_007_199_254_740_992.0;
@@ -142,7 +142,7 @@ impl Sided {
         };
         let (a, b) = (of(&self.corners[0]), of(&self.corners[1]));
         certified::by_sides((&a, &b), self.of_b.in_lane(lane), self.of_a.in_lane(lane))
-            .unwrap_or_else(|| certified::undecided(&a, &b))
+            .unwrap_or_else(|| exact::bounds_overlap(&a, &b) && certified::undecided(&a, &b))
     }
 }
 

@@ -99,7 +99,8 @@ impl Number for i64 {
 
     fn sides([a, b, c]: &Corners<Self>, other: &Corners<Self>) -> [Sign; 3] {
         let normal = normal(a, b, c);
-        other.each_ref().map(|corner| below(&normal, a, corner))
+        let [p, q, r] = other;
+        [below(&normal, a, p), below(&normal, a, q), below(&normal, a, r)]
     }
 }
 
@@ -164,6 +165,7 @@ fn touch_of<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
 /// The test for coplanar triangles, or when at least one triangle is degenerate.
 fn touch_without_depth<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
     match (collapsed(a), collapsed(b)) {
+        (None, None) if a_sides == b_sides => touch_in_plane(a, b),
         (None, None) => any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides),
         (None, Some((p, q))) => edge_meets(a, &p, &q, side_of(a, &p), side_of(a, &q)),
         (Some((p, q)), None) => edge_meets(b, &p, &q, side_of(b, &p), side_of(b, &q)),
@@ -200,14 +202,26 @@ fn flat<T: Number>(drop: usize, p: &Corner<T>) -> Flat<T> {
     [p[(drop + 1) % 3], p[(drop + 2) % 3]]
 }
 
+/// The coordinate that may be dropped such that a triangle keeps a nonzero area, and the sign of that; the last one where none may.
+fn widest<T: Number>([a, b, c]: &Corners<T>) -> (usize, Sign) {
+    let turn = |drop: usize| (drop, T::turn(flat(drop, a), flat(drop, b), flat(drop, c)));
+    (0..3).map(turn).find(|(_, turn)| *turn != 0).unwrap_or((2, 0))
+}
+
+/// Whether two triangles with nonzero area in one plane touch: no edge of either has the other strictly beyond it.
+fn touch_in_plane<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
+    let (drop, turn_a) = widest(a);
+    let flat = |[p, q, r]: &Corners<T>| [flat(drop, p), flat(drop, q), flat(drop, r)];
+    let ([p, q, r], [u, v, w]) = (flat(a), flat(b));
+    let turn_b = T::turn(u, v, w);
+    let parts = |from, to, turn: Sign, beyond: [Flat<T>; 3]| beyond.into_iter().all(|p| T::turn(from, to, p) == -turn);
+    let of_a = [(p, q), (q, r), (r, p)].into_iter().any(|(from, to)| parts(from, to, turn_a, [u, v, w]));
+    !of_a && ![(u, v), (v, w), (w, u)].into_iter().any(|(from, to)| parts(from, to, turn_b, [p, q, r]))
+}
+
 /// Like [`edge_meets`] for a segment in the triangle's plane; one coordinate is dropped such that the triangle keeps a nonzero area.
 fn coplanar_edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>) -> bool {
-    let Some(drop) = (0..3).find(|&drop| {
-        let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
-        T::turn(a, b, c) != 0
-    }) else {
-        return false; // Not reached: the triangle has area.
-    };
+    let (drop, _) = widest(triangle);
     let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
     let (p, q) = (flat(drop, p), flat(drop, q));
     !both_signs([T::turn(a, b, p), T::turn(b, c, p), T::turn(c, a, p)])
@@ -234,8 +248,8 @@ fn flat_segments_meet<T: Number>(p: Flat<T>, q: Flat<T>, r: Flat<T>, s: Flat<T>)
 /// The segment that a triangle of zero area covers (the same point twice when it is a point); `None` when it has nonzero area.
 fn collapsed<T: Number>(triangle: &Corners<T>) -> Option<(Corner<T>, Corner<T>)> {
     let collinear = (0..3).all(|drop| {
-        let [a, b, c] = triangle.each_ref().map(|corner| flat(drop, corner));
-        T::turn(a, b, c) == 0
+        let [a, b, c] = triangle;
+        T::turn(flat(drop, a), flat(drop, b), flat(drop, c)) == 0
     });
     if !collinear {
         return None;
