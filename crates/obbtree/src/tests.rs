@@ -207,7 +207,9 @@ fn meshes_of_hardly_any_extent_have_a_distance_at_any_pose() {
             let nearest = a.distance(b, &pose).unwrap();
             assert!((nearest.distance - gap).abs() <= 1e-9 * way, "{of_a} {of_b} {gap}: {nearest:?}");
             is_witnessed(&nearest, a, b, &pose);
-            assert_eq!(path.distance(&pose).unwrap().distance, nearest.distance);
+            // Another pair of triangles may be as near, and its distance round to the next number.
+            let kept = path.distance(&pose).unwrap().distance;
+            assert!((kept - nearest.distance).abs() <= f64::EPSILON * way, "{kept} {nearest:?}");
             assert_eq!(a.distance_each(b, &[pose]).unwrap(), [nearest]);
             assert_eq!(a.distance_below(b, &pose, nearest.distance), Ok(None));
         }

@@ -12,7 +12,7 @@ use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
-use crate::engine::geometry::Triangle;
+use crate::engine::geometry::Point;
 use nalgebra::Matrix3;
 
 /// A box relative to an origin, mm.
@@ -36,8 +36,8 @@ impl WideVolume for Aligned {
     type Moved<L: Lanes> = Tilted<L>;
     type Relation<L: Lanes> = BoxRelation<L>;
 
-    fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
-        let (centre, half) = tight(&Matrix3::identity(), origin, triangles);
+    fn fit(_: &Matrix3<f64>, origin: [f32; 3], corners: impl Iterator<Item = [Point; 4]> + Clone) -> Self {
+        let (centre, half) = tight(&Matrix3::identity(), origin, corners);
         Self { centre, half }
     }
 

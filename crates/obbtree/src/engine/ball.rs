@@ -14,7 +14,7 @@ use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
 use super::volume::{Relation, WideVolume, point};
-use crate::engine::geometry::Triangle;
+use crate::engine::geometry::Point;
 use nalgebra::Matrix3;
 
 /// A ball relative to an origin, mm, about the middle of its contents' bounds.
@@ -39,12 +39,11 @@ impl WideVolume for Ball {
     type Moved<L: Lanes> = L;
     type Relation<L: Lanes> = BallRelation<L>;
 
-    fn fit(_: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
-        let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, triangles.clone());
+    fn fit(_: &Matrix3<f64>, origin: [f32; 3], corners: impl Iterator<Item = [Point; 4]> + Clone) -> Self {
+        let Extent { low, high, .. } = Extent::along(&Matrix3::identity(), origin, corners.clone());
         let centre = ((low + high) * 0.5).map(|x| x as f32);
         let middle = point(origin, centre.into());
-        let corners = triangles.flat_map(|triangle| triangle.corners);
-        let farthest = corners.map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
+        let farthest = corners.flatten().map(|p| (p - middle).norm_squared()).fold(0.0, f64::max).sqrt();
         let pad = PAD * (farthest + centre.map(f64::from).norm());
         Self { centre: centre.into(), radius: rounded_up(farthest + pad) }
     }

@@ -16,8 +16,8 @@ const NONE: u32 = u32::MAX;
 pub(super) enum Waiting {
     /// A node to be opened.
     Node(Opened),
-    /// Two triangles to be measured, by their places.
-    Triangles((u32, u32)),
+    /// Two volumes whose triangles are to be measured, by their slots.
+    Leaves((u32, u32)),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -113,13 +113,13 @@ mod tests {
 
     fn pushed(buckets: &mut Buckets, bounds: &[f32]) {
         for (&bound, number) in bounds.iter().zip(0..) {
-            buckets.push(bound, Waiting::Triangles((number, 0)));
+            buckets.push(bound, Waiting::Leaves((number, 0)));
         }
     }
 
     fn order(buckets: &mut Buckets, least_mm: f64) -> Vec<u32> {
         let next = || match buckets.pop_below(least_mm)?.0 {
-            Waiting::Triangles((number, _)) => Some(number),
+            Waiting::Leaves((number, _)) => Some(number),
             Waiting::Node(_) => None,
         };
         std::iter::from_fn(next).collect()
@@ -147,6 +147,6 @@ mod tests {
         assert_eq!(order(&mut buckets, 4.0), [1, 2, 0]);
         buckets.clear(4.0);
         pushed(&mut buckets, &[f32::NAN, -0.0]);
-        assert_eq!(buckets.pop_below(4.0), Some((Waiting::Triangles((1, 0)), false)));
+        assert_eq!(buckets.pop_below(4.0), Some((Waiting::Leaves((1, 0)), false)));
     }
 }

@@ -5,10 +5,11 @@
 
 use super::axis::Around;
 use super::node::{Node, WIDTH, WideTree};
+use super::patches::{self, Patch};
 use super::split::{self, Frames, Halves, Item, Scratch};
 use super::visit::node_slack;
 use super::volume::WideVolume;
-use crate::engine::geometry::{GridMesh, Point, Triangle, triangle};
+use crate::engine::geometry::{GridMesh, Point};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -84,35 +85,38 @@ impl<V: WideVolume> WideTree<V> {
     #[must_use]
     pub fn build(mesh: &GridMesh) -> Self {
         assert!(mesh.faces().len() < (1 << 28), "slots are numbered in 32 bits");
-        // A copy, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
-        let faces = mesh.faces().par_iter().with_min_len(PARALLEL);
-        let triangles: Vec<Triangle> = faces.map(|&face| mesh.triangle(face)).collect();
-        let (low, high) = triangles
-            .par_chunks(PARALLEL)
-            .filter_map(triangle::bounds)
+        // Their corners are copies, gathered once: found by their vertices anew on each level they would cost a tenth of the build.
+        let patches = patches::of(mesh);
+        let (low, high) = patches
+            .par_iter()
+            .with_min_len(PARALLEL)
+            .map(|patch| {
+                patch.corners.iter().fold((patch.corners[0], patch.corners[0]), |(l, h), p| (l.inf(p), h.sup(p)))
+            })
             .reduce_with(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
             .expect("a mesh has a triangle");
         let middle = nalgebra::center(&low, &high);
         let origin = middle.coords.map(|x| x as f32).into();
         let mut root = Node::empty(origin);
         root.count = 1;
-        let (nodes, (faces, triangles, vertices)) = if let [triangle] = &*triangles {
-            root.put(0, &around_one(triangle, origin));
+        let (nodes, (faces, triangles, vertices)) = if let [patch] = &*patches {
+            root.put(0, &around_patch(patch, origin));
+            root.paired = u8::from(patch.is_pair());
             root.slack = node_slack(&root);
-            (vec![root], in_order(mesh, vec![0]))
+            (vec![root], in_order(mesh, patch.faces().to_vec()))
         } else {
-            let numbered = triangles.par_iter().enumerate().with_min_len(PARALLEL);
+            let numbered = patches.par_iter().enumerate().with_min_len(PARALLEL);
             let mut items: Vec<Item> =
-                numbered.map(|(face, triangle)| Item::new(triangle, &middle, face as u32)).collect();
+                numbered.map(|(number, patch)| Item::new(patch, &middle, number as u32)).collect();
             let frames = Frames::of(&items, V::TURNS);
-            let volume: V = around(&triangles, &items, &frames, origin);
+            let volume: V = around(&patches, &items, &frames, origin);
             root.put(0, &volume);
             (root.inner, root.first_node) = (1, 1);
             root.slack = node_slack(&root);
             // The pool is entered once for all of it: each call from outside would wake a thread and wait for it. Entered for the whole build it
             // would cost page faults, since its threads give freed memory back: of 34 000 triangles 750 in the place of 90.
-            let subtree = rayon::scope(|_| subtree(&triangles, &mut items, &frames, centre_of(&volume, origin)));
-            let mut faces = Vec::with_capacity(triangles.len());
+            let subtree = rayon::scope(|_| subtree(&patches, &mut items, &frames, centre_of(&volume, origin)));
+            let mut faces = Vec::with_capacity(mesh.faces().len());
             subtree.gather(&mut faces);
             let nodes = || {
                 let mut nodes = Vec::with_capacity(2 + subtree.len());
@@ -153,15 +157,15 @@ fn in_order(mesh: &GridMesh, faces: Vec<u32>) -> (Vec<u32>, Vec<[u32; 3]>, Vec<P
     (faces, triangles, vertices)
 }
 
-/// The volume around a single triangle.
-fn around_one<V: WideVolume>(triangle: &Triangle, origin: [f32; 3]) -> V {
-    let axes = if V::TURNS { split::frame_of(triangle) } else { Matrix3::identity() };
-    V::fit(&axes, origin, std::iter::once(*triangle))
+/// The volume around a patch.
+fn around_patch<V: WideVolume>(patch: &Patch, origin: [f32; 3]) -> V {
+    let axes = if V::TURNS { patch.frame() } else { Matrix3::identity() };
+    V::fit(&axes, origin, std::iter::once(patch.corners))
 }
 
 /// The volume around several, of which `frames` were made.
-fn around<V: WideVolume>(triangles: &[Triangle], items: &[Item], frames: &Frames, origin: [f32; 3]) -> V {
-    V::fit(frames.least(), origin, items.iter().map(|item| triangles[item.face as usize]))
+fn around<V: WideVolume>(patches: &[Patch], items: &[Item], frames: &Frames, origin: [f32; 3]) -> V {
+    V::fit(frames.least(), origin, items.iter().map(|item| patches[item.patch as usize].corners))
 }
 
 /// Where a volume's node has its origin.
@@ -171,16 +175,16 @@ fn centre_of<V: WideVolume>(volume: &V, origin: [f32; 3]) -> [f32; 3] {
 }
 
 /// The subtree over at least two items, its root's candidate frames and origin given.
-fn subtree<V: WideVolume>(triangles: &[Triangle], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree<V> {
+fn subtree<V: WideVolume>(patches: &[Patch], items: &mut [Item], frames: &Frames, origin: [f32; 3]) -> Subtree<V> {
     let mut own = Subtree { nodes: vec![Node::empty(origin)], faces: Vec::new(), below: Vec::new() };
     let mut scratch = Scratch::default();
     if items.len() <= PARALLEL {
         own.nodes.reserve(items.len() / 4);
-        own.faces.reserve(items.len());
-        grow(triangles, items, frames, &mut own, 0, &mut scratch);
+        own.faces.reserve(2 * items.len());
+        grow(patches, items, frames, &mut own, 0, &mut scratch);
         return own;
     }
-    let inner = fill(triangles, items, frames, &mut own, 0, &mut scratch);
+    let inner = fill(patches, items, frames, &mut own, 0, &mut scratch);
     let mut ranges = Vec::with_capacity(inner.len());
     let (mut rest, mut done) = (items, 0);
     for ((part, frames, _), node) in inner.iter().zip(&own.nodes[1..]) {
@@ -189,14 +193,13 @@ fn subtree<V: WideVolume>(triangles: &[Triangle], items: &mut [Item], frames: &F
         (rest, done) = (after, part.end);
         ranges.push((range, frames, node.origin));
     }
-    own.below =
-        ranges.into_par_iter().map(|(range, frames, origin)| subtree(triangles, range, frames, origin)).collect();
+    own.below = ranges.into_par_iter().map(|(range, frames, origin)| subtree(patches, range, frames, origin)).collect();
     own
 }
 
 /// Builds what is below a node, on this thread.
 fn grow<V: WideVolume>(
-    triangles: &[Triangle],
+    patches: &[Patch],
     items: &mut [Item],
     frames: &Frames,
     subtree: &mut Subtree<V>,
@@ -204,15 +207,15 @@ fn grow<V: WideVolume>(
     scratch: &mut Scratch,
 ) {
     let first = subtree.nodes.len();
-    for (child, (part, frames, _)) in fill(triangles, items, frames, subtree, at, scratch).iter().enumerate() {
-        grow(triangles, &mut items[part.start..part.end], frames, subtree, first + child, scratch);
+    for (child, (part, frames, _)) in fill(patches, items, frames, subtree, at, scratch).iter().enumerate() {
+        grow(patches, &mut items[part.start..part.end], frames, subtree, first + child, scratch);
     }
 }
 
 /// Gives node `at` its children: volumes, and empty nodes at the end of the list. Returns the ranges of the latter with their candidate frames and
 /// volumes, in order.
 fn fill<V: WideVolume>(
-    triangles: &[Triangle],
+    patches: &[Patch],
     items: &mut [Item],
     frames: &Frames,
     subtree: &mut Subtree<V>,
@@ -229,7 +232,7 @@ fn fill<V: WideVolume>(
     let framed = |&part: &Part| {
         let items = &items[part.start..part.end];
         let frames = Frames::of(items, V::TURNS);
-        (part, frames, around(triangles, items, &frames, node.origin))
+        (part, frames, around(patches, items, &frames, node.origin))
     };
     let framed: Vec<(Part, Frames, V)> = if items.len() > PARALLEL {
         inner.par_iter().map(framed).collect()
@@ -241,9 +244,10 @@ fn fill<V: WideVolume>(
         subtree.nodes.push(Node::empty(centre_of(volume, node.origin)));
     }
     for (place, part) in (framed.len()..).zip(single) {
-        let face = items[part.start].face;
-        node.put(place, &around_one(&triangles[face as usize], node.origin));
-        subtree.faces.push(face);
+        let patch = &patches[items[part.start].patch as usize];
+        node.put(place, &around_patch(patch, node.origin));
+        node.paired += u8::from(patch.is_pair());
+        subtree.faces.extend_from_slice(patch.faces());
     }
     node.slack = node_slack(&node);
     subtree.nodes[at] = node;
@@ -282,6 +286,7 @@ fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<P
             _ => break,
         }
     }
-    parts.sort_unstable_by_key(|part| (part.len() == 1, part.start));
+    let order = |part: &Part| if part.len() > 1 { 0 } else { 1 + u8::from(!items[part.start].is_pair()) };
+    parts.sort_unstable_by_key(|part| (order(part), part.start));
     parts
 }

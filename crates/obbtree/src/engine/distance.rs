@@ -96,10 +96,12 @@ impl<V: WideVolume> Search<'_, V> {
             }
             match waiting {
                 Waiting::Node(opened) => return ControlFlow::Continue(Some(opened)),
-                Waiting::Triangles(pair) => {
-                    self.may_touch |= u8::from(!is_apart) << self.batch.len();
-                    if self.batch.push(pair) {
-                        self.measure_all::<M>()?;
+                Waiting::Leaves(slots) => {
+                    for pair in self.posed.pairs(slots) {
+                        self.may_touch |= u8::from(!is_apart) << self.batch.len();
+                        if self.batch.push(pair) {
+                            self.measure_all::<M>()?;
+                        }
                     }
                 }
             }
@@ -140,7 +142,9 @@ impl<V: WideVolume> Search<'_, V> {
             found.nearer &= !(1 << nearest);
             self.wait(opened, &found);
             match self.posed.below(opened, found.larger).at(nearest) {
-                Waiting::Triangles(pair) => return self.measure(pair),
+                Waiting::Leaves(slots) => {
+                    return self.posed.pairs(slots).try_for_each(|pair| self.measure(pair));
+                }
                 Waiting::Node(below) => opened = below,
             }
         }

@@ -5,11 +5,11 @@
 //! ([`geometry::grid`]); a [`Mesh`](crate::Mesh) of any size is scaled to that.
 //!
 //! A node holds the volumes of its eight children side by side in `f32`, so that one instruction tests all of them; triangles stay in `f64`, and each
-//! leaf is one triangle. What rounding can cost is derived and paid for ([`volume`], [`pose`]). Pairs of triangles that `f64` cannot decide go
+//! leaf is one triangle, or two with an edge in common ([`patches`]). What rounding can cost is derived and paid for ([`volume`], [`pose`]). Pairs of triangles that `f64` cannot decide go
 //! to exact predicates ([`geometry::exact`]), so that every verdict is exact.
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
-//! 36 bytes), [`aligned`], [`ball`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
+//! 36 bytes), [`aligned`], [`ball`], [`patches`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
 //! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure`, `slab` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
@@ -27,6 +27,7 @@ mod lemmas;
 mod measure;
 pub mod node;
 pub mod oriented;
+pub mod patches;
 pub mod path;
 #[cfg(test)]
 mod pinned;

@@ -7,11 +7,14 @@ use super::axis::Around;
 use super::lanes::FOUR;
 use super::volume::WideVolume;
 use crate::engine::geometry::{Point, Triangle};
+use std::ops::Range;
 
 /// Children per node.
 pub const WIDTH: usize = 8;
+/// Triangles that share a volume, at most.
+pub const PATCH: usize = 2;
 
-/// Up to eight volumes, side by side: those of child nodes first, then those of single triangles. Of oriented boxes five cache lines.
+/// Up to eight volumes, side by side: those of child nodes first, then those of two triangles, then those of one. Of oriented boxes five cache lines.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub struct Node<V: WideVolume> {
@@ -23,18 +26,29 @@ pub struct Node<V: WideVolume> {
     pub(super) slack: f32,
     /// The number of the first child node; the others follow it.
     pub(super) first_node: u32,
-    /// The place of the first single triangle; the others follow it.
+    /// The place of the first triangle; the others follow it.
     pub(super) first_triangle: u32,
     /// How many children are nodes.
     pub(super) inner: u8,
     /// How many children there are.
     pub(super) count: u8,
+    /// How many children are of two triangles.
+    pub(super) paired: u8,
 }
 
 impl<V: WideVolume> Node<V> {
     /// A node without children.
     pub(super) fn empty(origin: [f32; 3]) -> Self {
-        Self { volumes: V::Eight::default(), origin, slack: 0.0, first_node: 0, first_triangle: 0, inner: 0, count: 0 }
+        Self {
+            volumes: V::Eight::default(),
+            origin,
+            slack: 0.0,
+            first_node: 0,
+            first_triangle: 0,
+            inner: 0,
+            count: 0,
+            paired: 0,
+        }
     }
 
     /// Puts a volume into a place.
@@ -65,6 +79,14 @@ impl<V: WideVolume> Node<V> {
     #[inline(always)]
     pub(super) const fn child(&self, place: usize) -> u32 {
         self.first_node + place as u32
+    }
+
+    /// The triangles of a child that is none.
+    #[inline(always)]
+    pub(super) const fn triangles(&self, place: u32) -> Triangles {
+        let (leaf, paired) = (place - self.inner as u32, self.paired as u32);
+        let pairs_before = if leaf < paired { leaf } else { paired };
+        Triangles { first: self.first_triangle + leaf + pairs_before, is_pair: leaf < paired }
     }
 
     /// Whether the child in a place is a node.
@@ -126,14 +148,14 @@ impl<V: WideVolume> WideTree<V> {
         (&self.nodes[slot as usize / WIDTH], slot as usize % WIDTH)
     }
 
-    /// The number of the node that a slot's volume surrounds, or the place of the triangle.
+    /// The number of the node that a slot's volume surrounds, or its triangles.
     #[inline(always)]
     pub(super) fn contents(&self, slot: u32) -> Contents {
         let (node, place) = self.slot(slot);
         if node.is_inner(place) {
             Contents::Node(node.child(place))
         } else {
-            Contents::Triangle(node.first_triangle + place as u32 - u32::from(node.inner))
+            Contents::Triangles(node.triangles(place as u32))
         }
     }
 }
@@ -143,6 +165,21 @@ impl<V: WideVolume> WideTree<V> {
 pub(super) enum Contents {
     /// A node, by its number.
     Node(u32),
-    /// A triangle, by its place in tree order.
-    Triangle(u32),
+    /// One triangle or two.
+    Triangles(Triangles),
+}
+
+/// One triangle or two, by the place in tree order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Triangles {
+    pub first: u32,
+    pub is_pair: bool,
+}
+
+impl Triangles {
+    /// The places.
+    #[inline(always)]
+    pub fn places(self) -> Range<u32> {
+        self.first..self.first + 1 + u32::from(self.is_pair)
+    }
 }

@@ -16,7 +16,7 @@ use super::turn;
 use super::visit::Visits;
 use super::volume::{WideVolume, point, row};
 use crate::engine::geometry::grid::Coordinate;
-use crate::engine::geometry::{Triangle, Vector};
+use crate::engine::geometry::{Point, Vector};
 use nalgebra::Matrix3;
 
 /// What a half-length is lengthened by, relative to the distances involved: 64·2⁻⁵³, see above.
@@ -39,9 +39,9 @@ impl WideVolume for Oriented {
     type Relation<L: Lanes> = BoxRelation<L>;
 
     /// Tight along the axes as near as `f32` has them.
-    fn fit(frame: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self {
+    fn fit(frame: &Matrix3<f64>, origin: [f32; 3], corners: impl Iterator<Item = [Point; 4]> + Clone) -> Self {
         let turn = turn::encode(frame);
-        let (centre, half) = tight(&turn::decode(turn), origin, triangles);
+        let (centre, half) = tight(&turn::decode(turn), origin, corners);
         Self { centre, turn, half }
     }
 
@@ -103,13 +103,13 @@ impl WideVolume for Oriented {
     }
 }
 
-/// Centre and half-lengths, mm, of the box around triangles along `axes` (columns of a rotation), as tight as rounding lets it be.
+/// Centre and half-lengths, mm, of the box around corners along `axes` (columns of a rotation), as tight as rounding lets it be.
 pub(super) fn tight(
     axes: &Matrix3<f64>,
     origin: [f32; 3],
-    triangles: impl Iterator<Item = Triangle>,
+    corners: impl Iterator<Item = [Point; 4]>,
 ) -> ([f32; 3], [f32; 3]) {
-    let Extent { low, high, farthest } = Extent::along(axes, origin, triangles);
+    let Extent { low, high, farthest } = Extent::along(axes, origin, corners);
     let centre = (axes * ((low + high) * 0.5)).map(|x| x as f32);
     let kept = centre.map(f64::from);
     let middle = axes.tr_mul(&kept);
@@ -126,9 +126,9 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// Of the corners of triangles, along the columns of a rotation and from an origin, mm.
-    pub fn along(axes: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle>) -> Self {
-        Simd::in_use().run(Extents { axes, from: origin.map(f64::from), triangles })
+    /// Of corners, along the columns of a rotation and from an origin, mm.
+    pub fn along(axes: &Matrix3<f64>, origin: [f32; 3], corners: impl Iterator<Item = [Point; 4]>) -> Self {
+        Simd::in_use().run(Extents { axes, from: origin.map(f64::from), corners })
     }
 }
 
@@ -136,20 +136,20 @@ impl Extent {
 struct Extents<'a, I> {
     axes: &'a Matrix3<f64>,
     from: [f64; 3],
-    triangles: I,
+    corners: I,
 }
 
-impl<I: Iterator<Item = Triangle>> Work for Extents<'_, I> {
+impl<I: Iterator<Item = [Point; 4]>> Work for Extents<'_, I> {
     type Output = Extent;
 
     #[inline(always)]
     fn run<M: Machine>(self) -> Extent {
-        let Self { axes, from, triangles } = self;
+        let Self { axes, from, corners } = self;
         let rows = three!(j => M::Double::load(&[axes[(j, 0)], axes[(j, 1)], axes[(j, 2)], 0.0]));
         let (mut low, mut high) = (M::Double::all(f64::INFINITY), M::Double::all(f64::NEG_INFINITY));
         let mut farthest: f64 = 0.0;
-        for triangle in triangles {
-            for p in &triangle.corners {
+        for patch in corners {
+            for p in &patch {
                 let d = [p.x - from[0], p.y - from[1], p.z - from[2]];
                 let [x, y, z] = three!(j => rows[j] * M::Double::all(d[j]));
                 let along = x + y + z;
@@ -176,15 +176,10 @@ mod tests {
     use nalgebra::Rotation3;
     use proptest::prelude::*;
 
-    /// A triangle that is a point.
-    fn at(p: &Point) -> Triangle {
-        Triangle { corners: [*p; 3] }
-    }
-
     #[test]
     fn a_box_along_the_axes_is_as_long_as_its_contents() {
         let points = [Point::new(1.0, 2.0, 3.0), Point::new(5.0, 4.0, 3.0)];
-        let fitted = Oriented::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], points.iter().map(at));
+        let fitted = Oriented::fit(&Matrix3::identity(), [1.0, 1.0, 1.0], points.iter().map(|p| [*p; 4]));
         assert_eq!(fitted.centre, [2.0, 2.0, 2.0]);
         for (half, exact) in fitted.half.into_iter().zip([2.0_f32, 1.0, 0.0]) {
             assert!(half >= exact && half <= exact + 1e-6, "{half}");
@@ -208,7 +203,7 @@ mod tests {
                 points.into_iter().map(|p| Point::from((Vector::from(p) + Vector::from(offset)) * scale)).collect();
             let origin = (Vector::from(offset) * scale).map(|x| x as f32);
             let frame = Rotation3::from_scaled_axis(Vector::from(turn)).into_inner();
-            let fitted = Oriented::fit(&frame, origin.into(), points.iter().map(at));
+            let fitted = Oriented::fit(&frame, origin.into(), points.iter().map(|p| [*p; 4]));
             let axes = turn::decode(fitted.turn);
             for p in &points {
                 let d = p.coords - origin.map(f64::from) - Vector::from(fitted.centre.map(f64::from));

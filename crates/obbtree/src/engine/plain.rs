@@ -72,7 +72,7 @@ impl<V: WideVolume> WideTree<V> {
         node.volume(place).plain(node.origin)
     }
 
-    /// The slots below a slot; none below a triangle's.
+    /// The slots below a slot; none below one of triangles.
     ///
     /// # Panics
     /// As [`WideTree::plain`].
@@ -83,20 +83,20 @@ impl<V: WideVolume> WideTree<V> {
                 let first = node * WIDTH as u32;
                 first..first + u32::from(self.nodes[node as usize].count)
             }
-            Contents::Triangle(_) => 0..0,
+            Contents::Triangles(_) => 0..0,
         }
     }
 
-    /// The triangle of a slot without children, mm, mesh frame.
+    /// The triangles of a slot, mm, mesh frame: none where it has children.
     ///
     /// # Panics
     /// As [`WideTree::plain`].
-    #[must_use]
-    pub fn leaf(&self, slot: u32) -> Option<Triangle> {
-        match self.contents(slot) {
-            Contents::Node(_) => None,
-            Contents::Triangle(place) => Some(self.triangle(place)),
-        }
+    pub fn leaf(&self, slot: u32) -> impl Iterator<Item = Triangle> {
+        let places = match self.contents(slot) {
+            Contents::Node(_) => 0..0,
+            Contents::Triangles(triangles) => triangles.places(),
+        };
+        places.map(|place| self.triangle(place))
     }
 
     /// All triangles in tree order, mm, mesh frame.

@@ -49,8 +49,6 @@ pub(super) struct Below {
     /// A bit for each child that is a node.
     inner: u8,
     first_node: u32,
-    /// The place of the first triangle, less the children that are nodes.
-    first_triangle: u32,
 }
 
 impl Below {
@@ -59,20 +57,15 @@ impl Below {
     pub fn at(&self, place: u32) -> Waiting {
         let Self { opened, one, .. } = *self;
         let (stays, is_node) = (self.stay >> place & 1 != 0, self.inner >> place & 1 != 0);
+        let slot = opened.node * WIDTH as u32 + place;
         match one {
-            Contents::Triangle(one) if !is_node => {
-                let triangle = self.first_triangle.wrapping_add(place);
-                Waiting::Triangles(Opened { one, ..opened }.pair(triangle))
-            }
-            Contents::Node(below) => {
-                let slot = opened.node * WIDTH as u32 + place;
-                Waiting::Node(Opened {
-                    one: select_unpredictable(stays, slot, opened.one),
-                    node: select_unpredictable(stays, below, self.first_node + place),
-                    of_b: opened.of_b ^ stays,
-                })
-            }
-            Contents::Triangle(_) => Waiting::Node(Opened { node: self.first_node + place, ..opened }),
+            Contents::Triangles(_) if !is_node => Waiting::Leaves(opened.pair(slot)),
+            Contents::Node(below) => Waiting::Node(Opened {
+                one: select_unpredictable(stays, slot, opened.one),
+                node: select_unpredictable(stays, below, self.first_node + place),
+                of_b: opened.of_b ^ stays,
+            }),
+            Contents::Triangles(_) => Waiting::Node(Opened { node: self.first_node + place, ..opened }),
         }
     }
 }
@@ -96,7 +89,7 @@ impl<'a, V: WideVolume> Posed<'a, V> {
     /// Only where both roots are triangles there is nothing to open but the node that holds one.
     #[inline(always)]
     pub fn first(&self) -> Opened {
-        if self.a.len() == 1 && self.b.len() == 1 { Opened::ROOTS } else { self.open((0, 0)) }
+        if self.a.nodes.len() == 1 && self.b.nodes.len() == 1 { Opened::ROOTS } else { self.open((0, 0)) }
     }
 
     /// Of two volumes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
@@ -119,8 +112,17 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         let inner = ((1_u32 << node.inner) - 1) as u8;
         let one = other.contents(opened.one);
         let stay = if let Contents::Node(_) = one { !(larger & inner) } else { 0 };
-        let first_triangle = node.first_triangle.wrapping_sub(u32::from(node.inner));
-        Below { opened, one, stay, inner, first_node: node.first_node, first_triangle }
+        Below { opened, one, stay, inner, first_node: node.first_node }
+    }
+
+    /// The pairs of triangles, by their places, of two volumes without nodes.
+    pub fn pairs(&self, (x, y): (u32, u32)) -> impl Iterator<Item = (u32, u32)> + use<V> {
+        let places = |tree: &WideTree<V>, slot| match tree.contents(slot) {
+            Contents::Triangles(triangles) => triangles.places(),
+            Contents::Node(_) => 0..0,
+        };
+        let (of_a, of_b) = (places(self.a, x), places(self.b, y));
+        of_a.flat_map(move |i| of_b.clone().map(move |j| (i, j)))
     }
 
     /// The visit of a node.

@@ -51,7 +51,7 @@ impl Slab {
     #[inline(never)]
     pub fn is_between<V: WideVolume>(&self, posed: &Posed<V>, waiting: Waiting) -> bool {
         let (of_a, of_b) = match waiting {
-            Waiting::Triangles((i, j)) => (Contents::Triangle(i), Contents::Triangle(j)),
+            Waiting::Leaves((x, y)) => (posed.a.contents(x), posed.b.contents(y)),
             Waiting::Node(opened @ Opened { one, node, of_b }) => {
                 let (node, one) = (Contents::Node(node), posed.trees(opened).1.contents(one));
                 if of_b { (one, node) } else { (node, one) }
@@ -73,11 +73,10 @@ impl Side {
         let mut nodes = vec![false; tree.nodes.len()];
         // A node's children come after it.
         for (at, node) in tree.nodes.iter().enumerate().rev() {
-            let (inner, singles) = (node.inner as usize, (node.count - node.inner) as usize);
+            let (inner, triangles_below) = (node.inner as usize, (node.count - node.inner + node.paired) as usize);
             let all =
                 |held: &[bool], first: u32, count: usize| held[first as usize..][..count].iter().all(|held| *held);
-            nodes[at] =
-                all(&nodes, node.first_node, inner) && (singles == 0 || all(&triangles, node.first_triangle, singles));
+            nodes[at] = all(&nodes, node.first_node, inner) && all(&triangles, node.first_triangle, triangles_below);
         }
         Self { triangles, nodes }
     }
@@ -85,7 +84,7 @@ impl Side {
     fn holds(&self, contents: Contents) -> bool {
         match contents {
             Contents::Node(node) => self.nodes[node as usize],
-            Contents::Triangle(place) => self.triangles[place as usize],
+            Contents::Triangles(triangles) => triangles.places().all(|place| self.triangles[place as usize]),
         }
     }
 }

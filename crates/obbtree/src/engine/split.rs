@@ -10,7 +10,8 @@
 
 use super::lanes::{Machine, Simd, Work};
 use super::node::WIDTH;
-use crate::engine::geometry::{Point, Triangle, covariance, eigen};
+use super::patches::Patch;
+use crate::engine::geometry::{Point, Triangle, eigen};
 use nalgebra::{Matrix3, Vector3};
 
 /// Bins per axis, at most.
@@ -36,23 +37,25 @@ type Corner = [f32; 3];
 /// Three axes, as columns padded to four: `frame[k]` holds the k-th coordinates of all axes.
 type Columns = [[f32; 4]; 3];
 
-/// A triangle on its way into the tree: its corners relative to the middle of the mesh, mm, and its face number.
+/// A patch on its way into the tree: its corners relative to the middle of the mesh, mm, of a single triangle also its centroid; and its number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    corners: [Corner; 3],
-    pub face: u32,
+    corners: [Corner; 4],
+    pub patch: u32,
+    triangles: u32,
 }
 
 impl Item {
-    pub fn new(triangle: &Triangle, middle: &Point, face: u32) -> Self {
-        Self { corners: triangle.corners.map(|p| (p - middle).map(|x| x as f32).into()), face }
+    pub fn new(patch: &Patch, middle: &Point, number: u32) -> Self {
+        let [p, q, r, _] = patch.corners.map(|p| p - middle);
+        let last = if patch.is_pair() { patch.corners[3] - middle } else { (p + q + r) / 3.0 };
+        let corners = [p, q, r, last].map(|p| p.map(|x| x as f32).into());
+        Self { corners, patch: number, triangles: patch.faces().len() as u32 }
     }
 
-    /// The cross product of two edges.
-    #[inline(always)]
-    fn normal(&self) -> Vector3<f32> {
-        let [p, q, r] = self.corners.map(Vector3::from);
-        (q - p).cross(&(r - p))
+    /// Whether it is of two triangles.
+    pub const fn is_pair(&self) -> bool {
+        self.triangles > 1
     }
 }
 
@@ -67,7 +70,7 @@ fn area(bounds: &Bounds) -> f32 {
     x * y + y * z + z * x
 }
 
-/// A triangle along the axes of a frame: three times the coordinates of its centroid, and its bounds.
+/// A patch along the axes of a frame: four times the coordinates of its middle, and its bounds.
 #[derive(Clone, Copy, Default)]
 struct Projected {
     centre: [f32; 4],
@@ -230,10 +233,11 @@ impl Work for Cheapest<'_> {
     }
 }
 
-/// Three times the coordinate of a triangle's centroid along a direction.
+/// Four times the coordinate of a patch's middle along a direction.
 #[inline(always)]
 fn along(axis: &Corner, item: &Item) -> f32 {
-    let sum = |k: usize| item.corners[0][k] + item.corners[1][k] + item.corners[2][k];
+    let [p, q, r, s] = &item.corners;
+    let sum = |k: usize| p[k] + q[k] + r[k] + s[k];
     axis[0] * sum(0) + axis[1] * sum(1) + axis[2] * sum(2)
 }
 
@@ -244,13 +248,14 @@ fn principal_and_largest(items: &[Item], stride: usize) -> (Matrix3<f64>, Option
     let (mut total, mut first) = (0.0, [0.0_f32; 3]);
     // Of the symmetric matrix xx, yy, zz, xy, yz, zx.
     let mut second = [0.0_f32; 6];
-    let mut largest = (-1.0, &items[0]);
-    for item in items.iter().step_by(stride) {
-        let from = |c: &Corner| [c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]];
-        let (p, q, r) = (from(&item.corners[0]), from(&item.corners[1]), from(&item.corners[2]));
-        let weight = item.normal().norm();
+    let mut largest = (-1.0, [origin; 3]);
+    let from = |c: &Corner| [c[0] - origin[0], c[1] - origin[1], c[2] - origin[2]];
+    let mut count = |corners: [&Corner; 3]| {
+        let (p, q, r) = (from(corners[0]), from(corners[1]), from(corners[2]));
+        let edge = |to: [f32; 3]| Vector3::new(to[0] - p[0], to[1] - p[1], to[2] - p[2]);
+        let weight = edge(q).cross(&edge(r)).norm();
         if weight > largest.0 {
-            largest = (weight, item);
+            largest = (weight, corners.map(|c| *c));
         }
         let sum = [p[0] + q[0] + r[0], p[1] + q[1] + r[1], p[2] + q[2] + r[2]];
         total += weight;
@@ -260,8 +265,14 @@ fn principal_and_largest(items: &[Item], stride: usize) -> (Matrix3<f64>, Option
             second[k] += (sum[k] * sum[k] + p[k] * p[k] + q[k] * q[k] + r[k] * r[k]) * (weight / 12.0);
             second[3 + k] += (sum[k] * sum[k1] + p[k] * p[k1] + q[k] * q[k1] + r[k] * r[k1]) * (weight / 12.0);
         }
+    };
+    for Item { corners: [p, u, v, q], triangles, .. } in items.iter().step_by(stride) {
+        count([p, u, v]);
+        if *triangles > 1 {
+            count([q, v, u]);
+        }
     }
-    let corners = largest.1.corners.map(|c| Point::from(c.map(f64::from)));
+    let corners = largest.1.map(|c| Point::from(c.map(f64::from)));
     let largest = Triangle { corners }.frame();
     if total <= 0.0 {
         return (Matrix3::identity(), largest);
@@ -289,12 +300,13 @@ fn on(frame: &Columns, p: &Corner) -> [f32; 4] {
 fn project(item: &Item, frame: &Columns) -> Projected {
     let less = |x: f32, y: f32| if x < y { x } else { y };
     let more = |x: f32, y: f32| if x > y { x } else { y };
-    let (p, q, r) = (on(frame, &item.corners[0]), on(frame, &item.corners[1]), on(frame, &item.corners[2]));
+    let (p, q) = (on(frame, &item.corners[0]), on(frame, &item.corners[1]));
+    let (r, s) = (on(frame, &item.corners[2]), on(frame, &item.corners[3]));
     let (mut centre, mut bounds) = ([0.0; 4], [0.0; 8]);
     for k in 0..4 {
-        centre[k] = p[k] + q[k] + r[k];
-        bounds[k] = less(less(p[k], q[k]), r[k]);
-        bounds[k + 4] = -more(more(p[k], q[k]), r[k]);
+        centre[k] = p[k] + q[k] + r[k] + s[k];
+        bounds[k] = less(less(p[k], q[k]), less(r[k], s[k]));
+        bounds[k + 4] = -more(more(p[k], q[k]), more(r[k], s[k]));
     }
     Projected { centre, bounds }
 }
@@ -378,21 +390,13 @@ fn cheapest<M: Machine>(projected: &[Projected], bins: &mut Bins, frame: &Column
     }
 }
 
-/// The axes of a triangle that may have no area: then along the segment that it is.
-pub(super) fn frame_of(triangle: &Triangle) -> Matrix3<f64> {
-    triangle.frame().unwrap_or_else(|| {
-        let covariance = covariance::vertex_weighted(std::slice::from_ref(triangle)).1;
-        covariance::principal_frame(&covariance)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::geometry::Vector;
 
     fn item(corners: [[f64; 3]; 3], face: u32) -> Item {
-        Item::new(&Triangle { corners: corners.map(Point::from) }, &Point::origin(), face)
+        Item::new(&Patch::one(corners.map(Point::from), face), &Point::origin(), face)
     }
 
     fn divided(items: &mut [Item]) -> Halves {
@@ -411,7 +415,7 @@ mod tests {
             [0.0, 9.0, 1.0, 8.0, 0.5, 9.5].into_iter().zip(0..).map(|(x, face)| upright(x, face)).collect();
         let Halves { left, .. } = divided(&mut items);
         assert_eq!(left, 3);
-        let mut faces: Vec<u32> = items[..3].iter().map(|item| item.face).collect();
+        let mut faces: Vec<u32> = items[..3].iter().map(|item| item.patch).collect();
         faces.sort_unstable();
         assert!(faces == [0, 2, 4] || faces == [1, 3, 5]);
     }
@@ -457,13 +461,5 @@ mod tests {
         let bins = |x: f32| bins_of(&[x, 1.0, 1.0, 0.0], &[1.0; 4], &[2.0, 0.0, 0.0, 0.0], 7.0);
         assert_eq!([1.0, 1.49, 1.5, 4.99, 5.0].map(|x| bins(x)[0]), [0, 0, 1, 7, 7]);
         assert_eq!(bins(3.0)[1..], [0, 0]);
-    }
-
-    #[test]
-    fn a_segment_has_axes_too() {
-        let segment = Triangle { corners: [[0.0; 3], [1.0, 2.0, 2.0], [2.0, 4.0, 4.0]].map(Point::from) };
-        assert_eq!(segment.frame(), None);
-        let along = Vector::new(1.0, 2.0, 2.0) / 3.0;
-        assert!(frame_of(&segment).column(0).dot(&along).abs() > 1.0 - 1e-9);
     }
 }

@@ -6,7 +6,7 @@
 
 use super::front::Front;
 use super::lanes::{Machine, Simd, Work};
-use super::node::{Contents, Node, WIDTH, WideTree};
+use super::node::{Contents, Node, Triangles, WIDTH, WideTree};
 use super::pose::Pose;
 use super::posed::{Opened, Posed};
 use super::triangles::{Batch, Sided};
@@ -285,8 +285,8 @@ impl<V: WideVolume, const KEEPS: bool> Traversal<'_, V, KEEPS> {
         // Of the larger of two volumes the children are next; never of a triangle's, and not both are triangles'.
         let (stay, below) = match other.contents(opened.one) {
             Contents::Node(below) => (!(found.larger & inner), below),
-            Contents::Triangle(one) => {
-                self.gather::<M>(Opened { one, ..opened }, node, live & !inner)?;
+            Contents::Triangles(one) => {
+                self.gather::<M>(opened, one, node, live & !inner)?;
                 live &= inner;
                 (0, 0)
             }
@@ -325,15 +325,24 @@ impl<V: WideVolume, const KEEPS: bool> Traversal<'_, V, KEEPS> {
         ControlFlow::Continue(())
     }
 
-    /// Puts the pairs of a triangle, by its place, and those in the given places of a node into the batch.
+    /// Puts the pairs of one or two triangles and those in the given places of a node into the batch.
     #[inline(always)]
-    fn gather<M: Machine>(&mut self, opened: Opened, node: &Node<V>, mut places: u8) -> ControlFlow<()> {
+    fn gather<M: Machine>(
+        &mut self,
+        opened: Opened,
+        ones: Triangles,
+        node: &Node<V>,
+        mut places: u8,
+    ) -> ControlFlow<()> {
         while places != 0 {
             let place = places.trailing_zeros();
             places &= places - 1;
-            let triangle = node.first_triangle + place - u32::from(node.inner);
-            if self.batch.push(opened.pair(triangle)) {
-                self.test::<M>()?;
+            for triangle in node.triangles(place).places() {
+                for one in ones.places() {
+                    if self.batch.push(Opened { one, ..opened }.pair(triangle)) {
+                        self.test::<M>()?;
+                    }
+                }
             }
         }
         ControlFlow::Continue(())

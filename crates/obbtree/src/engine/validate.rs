@@ -67,14 +67,15 @@ impl<V: WideVolume> WideTree<V> {
         let mut held = vec![0_u32; self.len()];
         met[0] = 1;
         for (index, node) in self.nodes.iter().enumerate() {
-            let (inner, count) = (u32::from(node.inner), u32::from(node.count));
+            let (inner, count, paired) = (u32::from(node.inner), u32::from(node.count), u32::from(node.paired));
             let nodes = node.first_node as usize..(node.first_node + inner) as usize;
-            let triangles = node.first_triangle as usize..(node.first_triangle + count.saturating_sub(inner)) as usize;
+            let leaves = count.saturating_sub(inner);
+            let triangles = node.first_triangle as usize..(node.first_triangle + leaves + paired) as usize;
             let least = if index == 0 { 1 } else { 2 };
             let (Some(nodes), Some(triangles)) = (met.get_mut(nodes), held.get_mut(triangles)) else {
                 return Err(TreeFault::Division { node: index });
             };
-            if inner > count || count > 8 || count < least {
+            if inner > count || paired > leaves || count > 8 || count < least {
                 return Err(TreeFault::Division { node: index });
             }
             nodes.iter_mut().chain(triangles).for_each(|times| *times += 1);
@@ -99,10 +100,10 @@ impl<V: WideVolume> WideTree<V> {
     fn check_below(&self, ways: &mut Vec<u32>, slack_mm: f64) -> Result<(), TreeFault> {
         let Some(&slot) = ways.last() else { return Ok(()) };
         match self.contents(slot) {
-            Contents::Triangle(place) => {
+            Contents::Triangles(triangles) => triangles.places().try_for_each(|place| {
                 let triangle = self.triangle(place);
                 ways.iter().try_for_each(|&slot| self.check_contains(slot, &triangle, slack_mm))
-            }
+            }),
             Contents::Node(node) => (0..u32::from(self.nodes[node as usize].count)).try_for_each(|place| {
                 ways.push(node * 8 + place);
                 let result = self.check_below(ways, slack_mm);

@@ -185,7 +185,7 @@ mod tests {
     use super::super::oriented::Oriented;
     use super::super::pose::Pose;
     use super::*;
-    use crate::engine::geometry::{Isometry, Point, Triangle, Vector};
+    use crate::engine::geometry::{Isometry, Point, Vector};
     use nalgebra::{Matrix3, Rotation3};
     use proptest::prelude::*;
 
@@ -193,9 +193,8 @@ mod tests {
     #[test]
     fn the_slack_of_a_node_is_that_of_its_farthest_and_largest_child() {
         let corners = [Point::new(1.0, 1.0, 3.0), Point::new(3.0, 5.0, 9.0)];
-        let child = Aligned::fit(&Matrix3::identity(), [0.0; 3], corners.iter().map(|&p| Triangle { corners: [p; 3] }));
-        let small =
-            Aligned::fit(&Matrix3::identity(), [0.0; 3], std::iter::once(Triangle { corners: [corners[0]; 3] }));
+        let child = Aligned::fit(&Matrix3::identity(), [0.0; 3], corners.iter().map(|&p| [p; 4]));
+        let small = Aligned::fit(&Matrix3::identity(), [0.0; 3], std::iter::once([corners[0]; 4]));
         let mut node = Node::empty([0.0; 3]);
         node.put(0, &small);
         node.put(1, &child);
@@ -327,7 +326,7 @@ mod tests {
                 Point::from(centre + frame * half.component_mul(&sign))
             })
             .collect();
-        V::fit(&frame, origin, corners.iter().map(|&p| Triangle { corners: [p; 3] }))
+        V::fit(&frame, origin, corners.iter().map(|&p| [p; 4]))
     }
 
     proptest! {

@@ -3,7 +3,7 @@
 //! To add one, write a file beside `oriented`, `aligned` and `ball` with a type that implements [`WideVolume`] and name it in a `mod` line of
 //! the engine's `mod.rs`. Building, traversal, distance, coherence and checks come with the tree.
 //!
-//! What a volume promises. In real numbers it contains the triangles it was fitted to. Where a gap that its relation computes is more than
+//! What a volume promises. In real numbers it contains the corners it was fitted to. Where a gap that its relation computes is more than
 //! u(`PER_DISTANCE`·D + `PER_REACH`·(A + B)), the contents are apart, with u = 2⁻²⁴, D = |s| + |c| the distances of both centres from the node's origin, A
 //! and B the reaches; the proof stands in its file. The slack that the tree takes off (`slack_of`) is that, and what the pose
 //! needs ([`super::pose`]). Nothing here is an absolute length: scaled data give scaled slacks.
@@ -13,7 +13,7 @@ use super::node::WIDTH;
 use super::plain::Plain;
 use super::pose::Motion;
 use super::visit::Visits;
-use crate::engine::geometry::{Point, Triangle};
+use crate::engine::geometry::Point;
 use nalgebra::Matrix3;
 use std::fmt::Debug;
 
@@ -35,8 +35,8 @@ pub trait WideVolume: Copy + Debug + Send + Sync + 'static {
     /// One of them and eight of the other mesh, in lanes.
     type Relation<L: Lanes>: Relation<L>;
 
-    /// One that contains all `triangles` (mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
-    fn fit(axes: &Matrix3<f64>, origin: [f32; 3], triangles: impl Iterator<Item = Triangle> + Clone) -> Self;
+    /// One that contains all `corners` (of patches, mm, mesh frame), along `axes` (columns of a rotation) if it is turned.
+    fn fit(axes: &Matrix3<f64>, origin: [f32; 3], corners: impl Iterator<Item = [Point; 4]> + Clone) -> Self;
 
     /// Its middle, mm.
     fn centre(&self) -> [f32; 3];
