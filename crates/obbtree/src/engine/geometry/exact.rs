@@ -19,7 +19,9 @@ type Corner<T> = [T; 3];
 type Corners<T> = [Corner<T>; 3];
 
 /// Largest coordinate that [`touch_on_grid`] accepts, steps: four times the range of a mesh, because one of the two meshes was moved.
-const LIMIT_STEPS: i64 = 1 << 40;
+const LIMIT_STEPS: f64 = 1_099_511_627_776.0; // 2^40
+/// 1.5·2⁵²: around it `f64` has no fractions, for 2⁵¹ to either side.
+const NO_FRACTIONS: f64 = 6_755_399_441_055_744.0;
 
 /// Whether the triangles, mm, share at least one point. Exact; symmetric; independent of the order of the corners.
 /// Unspecified when a coordinate is not finite.
@@ -135,10 +137,11 @@ fn in_steps(triangle: &Triangle) -> Option<Corners<i64>> {
     let mut all = true;
     for (corner, steps) in triangle.corners.iter().zip(&mut steps) {
         for (x, steps) in corner.iter().zip(steps) {
-            // Exact: a power of two. What is out of range saturates.
+            // Exact: a power of two. The sum has no fractions, and its last bits count the steps.
             let x = x * (1.0 / STEP_MM);
-            *steps = x as i64;
-            all &= (*steps as f64 == x) & (-LIMIT_STEPS..=LIMIT_STEPS).contains(steps);
+            let whole = x + NO_FRACTIONS;
+            all &= (whole - NO_FRACTIONS == x) & (x.abs() <= LIMIT_STEPS);
+            *steps = (whole.to_bits() as i64).wrapping_sub(NO_FRACTIONS.to_bits() as i64);
         }
     }
     all.then_some(steps)
@@ -152,20 +155,22 @@ fn touch_of<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
     if on_one_side(b_sides) {
         return false;
     }
+    if b_sides == [0; 3] && collapsed(a).is_none() && collapsed(b).is_none() {
+        return touch_in_plane(a, b);
+    }
     let a_sides = T::sides(b, a);
     if on_one_side(a_sides) {
         return false;
     }
     if a_sides == [0; 3] || b_sides == [0; 3] {
-        return touch_without_depth(a, b, a_sides, b_sides);
+        return touch_without_area(a, b, a_sides, b_sides);
     }
     any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides)
 }
 
-/// The test for coplanar triangles, or when at least one triangle is degenerate.
-fn touch_without_depth<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
+/// The test when at least one triangle may be degenerate.
+fn touch_without_area<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
     match (collapsed(a), collapsed(b)) {
-        (None, None) if a_sides == b_sides => touch_in_plane(a, b),
         (None, None) => any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides),
         (None, Some((p, q))) => edge_meets(a, &p, &q, side_of(a, &p), side_of(a, &q)),
         (Some((p, q)), None) => edge_meets(b, &p, &q, side_of(b, &p), side_of(b, &q)),
@@ -447,7 +452,7 @@ pub(crate) mod tests {
     #[test]
     fn what_is_off_the_grid_or_out_of_range_has_no_steps() {
         let at = |x: f64| triangle([[x, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
-        let limit = LIMIT_STEPS as f64 * STEP_MM;
+        let limit = LIMIT_STEPS * STEP_MM;
         assert_eq!(limit, 16_384.0);
         for (x, is_in) in
             [(limit, true), (-limit, true), (limit + STEP_MM, false), (0.1, false), (1e300, false), (f64::NAN, false)]
@@ -461,7 +466,7 @@ pub(crate) mod tests {
     #[test]
     fn the_ends_of_the_range_do_not_overflow() {
         let ends = |i: u32| {
-            let end = |bit: u32| if i >> bit & 1 == 1 { LIMIT_STEPS } else { -LIMIT_STEPS };
+            let end = |bit: u32| if i >> bit & 1 == 1 { LIMIT_STEPS as i64 } else { -(LIMIT_STEPS as i64) };
             [end(0), end(1), end(2)]
         };
         let mut signs = [0; 3];
