@@ -3,7 +3,7 @@
 use crate::Work;
 use crate::interval::{I, Pose, V, ZERO, cross, dot, minus, norm, plus, times};
 use crate::read::Words;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Neg;
 
 /// Steps of the grid in a mm.
@@ -95,10 +95,16 @@ impl Mesh {
         self.centre = self.enclose(self.root()).map(|x| I::of(0.5 * (x.lo + x.hi)));
         let away = |p: &Point| norm(&minus(&mm(p), &self.centre)).hi;
         self.radius = I::of(self.faces.iter().flatten().map(away).fold(0.0, f64::max));
-        self.has_inside = is_closed(&self.faces);
-        let first = self.components();
-        self.components = first.iter().filter(|(p, first)| p == first).map(|(p, _)| mm(p)).collect();
-        self.weigh(&first, work);
+        let mut points = self.faces.as_flattened().to_vec();
+        points.sort_unstable();
+        points.dedup();
+        let number = |p: Point| points.partition_point(|q| *q < p);
+        let numbered: Vec<_> = self.faces.iter().map(|face| face.map(number)).collect();
+        self.has_inside = is_closed(&numbered);
+        let first = components(&numbered, points.len());
+        self.components = (0..points.len()).filter(|v| first[*v] == *v).map(|v| mm(&points[v])).collect();
+        let of_faces: Vec<_> = numbered.iter().map(|[v, ..]| first[*v]).collect();
+        self.weigh(&points, &first, &of_faces, work);
         Ok(())
     }
 
@@ -130,48 +136,31 @@ impl Mesh {
         work.take(1) && (is_there(&self.boxes[node.id]) || are_there(node))
     }
 
-    /// Sets the weights; `first` has, for each vertex, the first vertex of its component.
-    fn weigh(&mut self, first: &BTreeMap<Point, Point>, work: &Work) {
-        let mut volumes = BTreeMap::<Point, i128>::new();
-        for face in &self.faces {
-            let ([a, b, c], sum) = (face.map(|p| p.map(i128::from)), volumes.entry(first[&face[0]]).or_default());
+    /// Sets the weights; `first` and `of_faces` have, for each vertex and for each face, the first vertex of its component.
+    fn weigh(&mut self, points: &[Point], first: &[usize], of_faces: &[usize], work: &Work) {
+        let mut volumes = vec![0_i128; points.len()];
+        for (face, component) in self.faces.iter().zip(of_faces) {
+            let [a, b, c] = face.map(|p| p.map(i128::from));
             let volume = |i: usize, j: usize, k: usize| a[i] * (b[j] * c[k] - b[k] * c[j]);
-            *sum = sum.wrapping_add(volume(0, 1, 2) + volume(1, 2, 0) + volume(2, 0, 1));
+            let sum = volume(0, 1, 2) + volume(1, 2, 0) + volume(2, 0, 1);
+            volumes[*component] = volumes[*component].wrapping_add(sum);
         }
         // Rays do not see a body that is there both ways round.
-        self.has_inside &= volumes.values().all(|volume| *volume != 0);
+        self.has_inside &= of_faces.iter().all(|component| volumes[*component] != 0);
         if !self.has_inside {
             return;
         }
-        let is_inside_out = volumes.values().fold(0, |sum: i128, volume| sum.wrapping_add(*volume)) < 0;
-        let is_against = |p: &Point| (volumes[&first[p]] < 0) != is_inside_out;
-        self.weights = self.faces.iter().map(|[p, ..]| i32::from(!is_against(p))).collect();
+        let is_inside_out = volumes.iter().fold(0, |sum: i128, volume| sum.wrapping_add(*volume)) < 0;
+        let is_against = |component: usize| (volumes[component] < 0) != is_inside_out;
+        self.weights = of_faces.iter().map(|component| i32::from(!is_against(*component))).collect();
         let mut strays = BTreeSet::new();
-        for (p, component) in first {
-            let is_asked = is_against(p) && !strays.contains(component);
+        for (p, &component) in points.iter().zip(first) {
+            let is_asked = is_against(component) && !strays.contains(&component);
             if is_asked && matches!(self.leaves(&mm(p), work), None | Some(0)) {
-                strays.insert(*component);
+                strays.insert(component);
             }
         }
-        let weight = |[p, ..]: &[Point; 3]| if strays.contains(&first[p]) { -1 } else { 1 };
-        self.weights = self.faces.iter().map(weight).collect();
-    }
-
-    /// For each vertex the first vertex of its component, by X, then Y, then Z.
-    fn components(&self) -> BTreeMap<Point, Point> {
-        let mut beside = BTreeMap::<Point, Vec<Point>>::new();
-        for face in &self.faces {
-            (0..3).for_each(|k| beside.entry(face[k]).or_default().push(face[(k + 1) % 3]));
-        }
-        let mut found = BTreeMap::new();
-        while let Some((&first, _)) = beside.first_key_value() {
-            let mut open = vec![first];
-            while let Some(p) = open.pop() {
-                found.insert(p, first);
-                open.append(&mut beside.remove(&p).unwrap_or_default());
-            }
-        }
-        found
+        self.weights = of_faces.iter().map(|component| if strays.contains(component) { -1 } else { 1 }).collect();
     }
 
     /// The number of times that an edge leaves a node's faces, less the number of times that it enters; `None` where it passes too near to an edge to decide.
@@ -199,8 +188,28 @@ impl Mesh {
     }
 }
 
+/// For each of `count` vertices, which are numbered by X, then Y, then Z, the first one of its component.
+fn components(faces: &[[usize; 3]], count: usize) -> Vec<usize> {
+    let mut first: Vec<_> = (0..count).collect();
+    for [u, v, w] in faces {
+        for edge in [[u, v], [v, w]] {
+            let [one, other] = edge.map(|&(mut v)| {
+                while first[v] != v {
+                    first[v] = first[first[v]];
+                    v = first[v];
+                }
+                v
+            });
+            first[one.max(other)] = one.min(other);
+        }
+    }
+    // What a vertex names comes before it.
+    (0..count).for_each(|v| first[v] = first[first[v]]);
+    first
+}
+
 /// Whether faces pass along every edge as often one way as the other. Only then does every ray from a point leave the mesh equally often, and there is an inside.
-pub fn is_closed(faces: &[[Point; 3]]) -> bool {
+pub fn is_closed<T: Copy + Ord>(faces: &[[T; 3]]) -> bool {
     let mut edges: Vec<_> = faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
     let mut reversed: Vec<_> = edges.iter().map(|&[u, v]| [v, u]).collect();
     edges.sort_unstable();
