@@ -63,7 +63,7 @@ impl Patch {
     /// Of the boxes along an edge of the hull, square to the mean of both planes, the axes of the one with the least surface.
     fn frame_of_both(&self) -> Option<Matrix3<f64>> {
         let [p, u, v, q] = self.corners.map(|p| p - self.corners[1]);
-        let (normal, other) = ((u - p).cross(&(v - p)), (v - q).cross(&(u - q)));
+        let (normal, other) = (v.cross(&p), q.cross(&v));
         let z = (if normal.dot(&other) < 0.0 { normal - other } else { normal + other }).try_normalize(0.0)?;
         let level = |x: Vector| (x - z * z.dot(&x)).try_normalize(0.0);
         // Twice, since the first time may leave much of little.
@@ -186,6 +186,8 @@ fn both(mesh: &GridMesh, one: Edge, other: Edge) -> Option<Patch> {
 mod tests {
     use super::*;
     use crate::cases::meshes;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
 
     fn mesh(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> GridMesh {
         GridMesh::new(vertices.iter().copied().map(Point::from).collect(), faces.to_vec()).unwrap()
@@ -284,6 +286,30 @@ mod tests {
         // A dart, along the edge that its hull has and neither triangle: 8 by 1.
         let dart = patch([at(0.0, 0.0), at(4.0, 0.5), at(4.0, 1.0), at(8.0, 0.0)]).frame();
         assert!(has_axis(&dart, turn * Vector::x()), "{dart}");
+    }
+
+    #[test]
+    fn no_other_edge_has_a_smaller_box() {
+        let mut random = Pcg64::seed_from_u64(5);
+        for round in 0..200 {
+            // Flat ones, and ones that are as thick as they are wide.
+            let thick = 0.01 * f64::from(round);
+            let mut corner = || Point::new(random.random(), random.random(), thick * random.random::<f64>());
+            let corners = [corner(), corner(), corner(), corner()];
+            let frame = Patch { corners, faces: [0, 1], count: 2 }.frame();
+            let surface = |frame: &Matrix3<f64>| {
+                let [p, u, v, q] = corners.map(|p| frame.tr_mul(&p.coords));
+                let size = |k: usize| reach(p[k], u[k], v[k], q[k]);
+                size(0) * size(1) + size(1) * size(2) + size(2) * size(0)
+            };
+            let z = frame.column(2).into_owned();
+            for (i, j) in [(0, 1), (0, 2), (3, 1), (3, 2), (0, 3)] {
+                let edge = corners[j] - corners[i];
+                let x = (edge - z * z.dot(&edge)).normalize();
+                let along = Matrix3::from_columns(&[x, z.cross(&x), z]);
+                assert!(surface(&frame) <= surface(&along) * (1.0 + 1e-9), "{round}: {i} {j}");
+            }
+        }
     }
 
     #[test]

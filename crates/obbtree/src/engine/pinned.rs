@@ -61,7 +61,7 @@ fn trees_are_as_they_were() {
             0x2207_8732_417f_ac6e,
             0x0d3a_af89_0148_4606,
             0x92a9_5604_042b_4885,
-            0x8071_4c8f_bcbe_3530,
+            0xcddd_aaae_b072_b2d7,
             0xc23a_c37c_d207_89b6
         ]
     );

@@ -189,6 +189,13 @@ fn a_built_tree_is_well_formed_and_its_boxes_hold_their_contents() {
 }
 
 #[test]
+fn a_tree_takes_what_its_nodes_triangles_vertices_and_faces_take() {
+    let tree = WideTree::<Oriented>::build(&meshes::stepped_tool(24, 12));
+    assert!(!tree.is_empty());
+    assert_eq!(tree.bytes(), 320 * tree.nodes.len() + 24 * tree.vertices.len() + (12 + 4) * tree.len());
+}
+
+#[test]
 fn a_broken_tree_is_found() {
     use crate::engine::validate::TreeFault;
     let tree = WideTree::<Oriented>::build(&meshes::stepped_tool(24, 12));
