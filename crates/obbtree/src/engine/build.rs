@@ -286,7 +286,7 @@ fn children(items: &mut [Item], frames: &Frames, scratch: &mut Scratch) -> Vec<P
             _ => break,
         }
     }
-    let order = |part: &Part| if part.len() > 1 { 0 } else { 1 + u8::from(!items[part.start].is_pair()) };
+    let order = |part: &Part| if part.len() > 1 { 0 } else { 1 + u8::from(!items[part.start].is_pair) };
     parts.sort_unstable_by_key(|part| (order(part), part.start));
     parts
 }

@@ -11,8 +11,6 @@ use std::ops::Range;
 
 /// Children per node.
 pub const WIDTH: usize = 8;
-/// Triangles that share a volume, at most.
-pub const PATCH: usize = 2;
 
 /// Up to eight volumes, side by side: those of child nodes first, then those of two triangles, then those of one. Of oriented boxes five cache lines.
 #[repr(C, align(64))]

@@ -6,7 +6,6 @@
 //!
 //! Patches decide how good the tree is, never whether it is right.
 
-use super::node::PATCH;
 use crate::engine::geometry::{GridMesh, Point, Triangle, Vector, covariance};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -21,14 +20,14 @@ const PARALLEL: usize = 1 << 12;
 pub(super) struct Patch {
     /// Of two triangles the corner of the first alone, those of both, and that of the second alone; of one its own, the last one twice; mm.
     pub corners: [Point; 4],
-    faces: [u32; PATCH],
+    faces: [u32; 2],
     count: u8,
 }
 
 impl Patch {
     /// Of one face.
     pub const fn one([p, q, r]: [Point; 3], face: u32) -> Self {
-        Self { corners: [p, q, r, r], faces: [face; PATCH], count: 1 }
+        Self { corners: [p, q, r, r], faces: [face; 2], count: 1 }
     }
 
     /// Of two faces, and the corners that are of one of them alone.

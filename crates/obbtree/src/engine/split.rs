@@ -42,7 +42,8 @@ type Columns = [[f32; 4]; 3];
 pub(super) struct Item {
     corners: [Corner; 4],
     pub patch: u32,
-    triangles: u32,
+    /// Whether it has two triangles.
+    pub is_pair: bool,
 }
 
 impl Item {
@@ -50,12 +51,7 @@ impl Item {
         let [p, q, r, _] = patch.corners.map(|p| p - middle);
         let last = if patch.is_pair() { patch.corners[3] - middle } else { (p + q + r) / 3.0 };
         let corners = [p, q, r, last].map(|p| p.map(|x| x as f32).into());
-        Self { corners, patch: number, triangles: patch.faces().len() as u32 }
-    }
-
-    /// Whether it is of two triangles.
-    pub const fn is_pair(&self) -> bool {
-        self.triangles > 1
+        Self { corners, patch: number, is_pair: patch.is_pair() }
     }
 }
 
@@ -266,9 +262,9 @@ fn principal_and_largest(items: &[Item], stride: usize) -> (Matrix3<f64>, Option
             second[3 + k] += (sum[k] * sum[k1] + p[k] * p[k1] + q[k] * q[k1] + r[k] * r[k1]) * (weight / 12.0);
         }
     };
-    for Item { corners: [p, u, v, q], triangles, .. } in items.iter().step_by(stride) {
+    for Item { corners: [p, u, v, q], is_pair, .. } in items.iter().step_by(stride) {
         count([p, u, v]);
-        if *triangles > 1 {
+        if *is_pair {
             count([q, v, u]);
         }
     }

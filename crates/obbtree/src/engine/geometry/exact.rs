@@ -1,6 +1,6 @@
 //! Whether two closed triangles share a point, decided exactly.
 //!
-//! Two triangles meet when one of six closed edge-triangle tests succeeds. For coordinates on the grid of [`super::grid`], all signs come
+//! Two triangles meet when one of six closed edge-triangle tests succeeds; in one plane, when no edge of either has the other beyond it. For coordinates on the grid of [`super::grid`], all signs come
 //! from integer determinants ([`touch_on_grid`]): differences of at most 2⁴¹ steps, products of two of at most 2⁸³, and products of three
 //! of at most 3·2¹²⁴, which an `i128` holds. For all other coordinates, they come from Shewchuk's adaptive orientation predicates (1997,
 //! through the `robust` crate). [`touch`] always uses these, so it is exact for every finite coordinate whose products neither overflow nor
@@ -155,23 +155,23 @@ fn touch_of<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
     if on_one_side(b_sides) {
         return false;
     }
-    if b_sides == [0; 3] && collapsed(a).is_none() && collapsed(b).is_none() {
-        return touch_in_plane(a, b);
+    if b_sides == [0; 3] {
+        return touch_without_depth(a, b);
     }
     let a_sides = T::sides(b, a);
     if on_one_side(a_sides) {
         return false;
     }
-    if a_sides == [0; 3] || b_sides == [0; 3] {
-        return touch_without_area(a, b, a_sides, b_sides);
+    if a_sides == [0; 3] {
+        return touch_without_depth(a, b);
     }
     any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides)
 }
 
-/// The test when at least one triangle may be degenerate.
-fn touch_without_area<T: Number>(a: &Corners<T>, b: &Corners<T>, a_sides: [Sign; 3], b_sides: [Sign; 3]) -> bool {
+/// The test for coplanar triangles, or when at least one triangle is degenerate.
+fn touch_without_depth<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
     match (collapsed(a), collapsed(b)) {
-        (None, None) => any_edge_meets(a, b, b_sides) || any_edge_meets(b, a, a_sides),
+        (None, None) => touch_in_plane(a, b),
         (None, Some((p, q))) => edge_meets(a, &p, &q, side_of(a, &p), side_of(a, &q)),
         (Some((p, q)), None) => edge_meets(b, &p, &q, side_of(b, &p), side_of(b, &q)),
         (Some((p, q)), Some((r, s))) => segments_meet(&p, &q, &r, &s),
@@ -207,15 +207,15 @@ fn flat<T: Number>(drop: usize, p: &Corner<T>) -> Flat<T> {
     [p[(drop + 1) % 3], p[(drop + 2) % 3]]
 }
 
-/// The coordinate that may be dropped such that a triangle keeps a nonzero area, and the sign of that; the last one where none may.
-fn widest<T: Number>([a, b, c]: &Corners<T>) -> (usize, Sign) {
+/// A coordinate that may be dropped such that a triangle keeps a nonzero area, and the sign of that area; 0 where there is none.
+fn droppable<T: Number>([a, b, c]: &Corners<T>) -> (usize, Sign) {
     let turn = |drop: usize| (drop, T::turn(flat(drop, a), flat(drop, b), flat(drop, c)));
     (0..3).map(turn).find(|(_, turn)| *turn != 0).unwrap_or((2, 0))
 }
 
 /// Whether two triangles with nonzero area in one plane touch: no edge of either has the other strictly beyond it.
 fn touch_in_plane<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
-    let (drop, turn_a) = widest(a);
+    let (drop, turn_a) = droppable(a);
     let flat = |[p, q, r]: &Corners<T>| [flat(drop, p), flat(drop, q), flat(drop, r)];
     let ([p, q, r], [u, v, w]) = (flat(a), flat(b));
     let turn_b = T::turn(u, v, w);
@@ -226,7 +226,7 @@ fn touch_in_plane<T: Number>(a: &Corners<T>, b: &Corners<T>) -> bool {
 
 /// Like [`edge_meets`] for a segment in the triangle's plane; one coordinate is dropped such that the triangle keeps a nonzero area.
 fn coplanar_edge_meets<T: Number>(triangle: &Corners<T>, p: &Corner<T>, q: &Corner<T>) -> bool {
-    let (drop, _) = widest(triangle);
+    let (drop, _) = droppable(triangle);
     let [a, b, c] = triangle.map(|corner| flat(drop, &corner));
     let (p, q) = (flat(drop, p), flat(drop, q));
     !both_signs([T::turn(a, b, p), T::turn(b, c, p), T::turn(c, a, p)])
