@@ -143,7 +143,7 @@ pub(super) fn travel(from: &Values9, to: &Values9) -> Travel {
     travel_by(|axis| to[axis as usize] - from[axis as usize])
 }
 
-/// How far a straight move goes that changes each axis by `change`; what only turns is in the angle's unit of `change`.
+/// How far a straight move goes that changes each axis by `change`. If only rotary axes change, it is an angle, in the unit of `change`.
 pub(super) fn travel_by(change: impl Fn(Axis) -> f64) -> Travel {
     let norm = |axes: [Axis; 3]| axes.map(|axis| change(axis).powi(2)).iter().sum::<f64>().sqrt();
     let along = LINEAR_TRIPLES.into_iter().map(norm).find(|&length| length > NO_TRAVEL_MM);

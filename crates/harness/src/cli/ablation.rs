@@ -121,7 +121,7 @@ fn size_table(times: &[Timed]) -> Option<Table> {
     Some(table)
 }
 
-/// Search, second level, coherence, safe.
+/// What tells the forms of the method apart: search, second level, coherence, and whether it is safe.
 fn key(form: &Form) -> (&str, &str, u8, u8) {
     (&form.search, &form.second_level, form.coherence, form.safe)
 }
