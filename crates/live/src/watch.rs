@@ -152,7 +152,7 @@ struct Feed {
 }
 
 impl Feed {
-    /// Hands a batch over. One that finds no room is gone, and what it said of the tool or an axis with it.
+    /// Hands a batch over. If there is no room it is lost, with what it said of the tool or an axis.
     fn send(&self, batch: Batch) {
         if matches!(self.batches.try_send(batch), Err(mpsc::error::TrySendError::Full(_))) {
             self.overflowed.store(true, Ordering::SeqCst);

@@ -422,6 +422,16 @@ mod tests {
         assert_eq!(divided(&mut items).left, 3);
     }
 
+    /// At 4 096 mm an `f32` steps by 2⁻¹¹ mm, and four times that at 16 384 mm, where centroids are compared: the first boundary of the four bins
+    /// between two neighbours is rounded to the lower one, so that nothing is below it.
+    #[test]
+    fn what_no_plane_parts_for_rounding_is_halved() {
+        let places = [4096.0, 4096.0 + 1.0 / 2048.0];
+        let mut items: Vec<Item> = (0..6).map(|face| upright(places[face as usize % 2], face)).collect();
+        let frames = Frames::of(&items, false);
+        assert_eq!(divide(&mut items, &frames, &mut Scratch::default()).left, 3);
+    }
+
     #[test]
     fn the_frame_of_a_slanted_plate_lies_in_it() {
         // A 3 x 1 rectangle in the plane y = z.

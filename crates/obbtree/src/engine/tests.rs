@@ -11,6 +11,14 @@ use crate::engine::geometry::grid::{Placement, STEP_MM};
 use crate::engine::geometry::{GridMesh, Isometry, Point, Triangle, Vector, exact};
 use proptest::prelude::*;
 
+#[test]
+fn an_instruction_set_is_found_by_its_name() {
+    for simd in Simd::available() {
+        assert_eq!(Simd::named(simd.name()), Some(simd));
+    }
+    assert_eq!((Simd::named("portable").map(Simd::name), Simd::named("")), (Some("portable"), None));
+}
+
 /// Every pair of faces that touch exactly, sorted.
 fn truth(a: &GridMesh, b: &GridMesh, a_from_b: &Isometry) -> Vec<(u32, u32)> {
     let placement = Placement::new(a_from_b);

@@ -235,6 +235,20 @@ mod tests {
         }
     }
 
+    /// One or two visits for distances below a limit, mm.
+    struct Below<'a, V: WideVolume>(&'a [Visit<'a, V>], f32);
+
+    impl<V: WideVolume> Work for Below<'_, V> {
+        type Output = [Distances; 2];
+
+        #[inline(always)]
+        fn run<M: Machine>(self) -> [Distances; 2] {
+            let mut found = [Distances::default(); 2];
+            distances::<V, M::Single>(self.0, self.1, &mut found);
+            found
+        }
+    }
+
     /// What is exactly so of two volumes: their gap, and the distance by which they are apart (0 where they are not), mm.
     struct Exactly {
         gap_mm: f64,
@@ -277,13 +291,6 @@ mod tests {
         exactly: &Exactly,
     ) -> Result<(), TestCaseError> {
         let Setting { origins: [origin, other], motion, scale } = setting;
-        let full = |volume: &V, origin| {
-            let mut node = Node::<V>::empty(origin);
-            node.count = 8;
-            (0..8).for_each(|place| node.put(place, volume));
-            node.slack = node_slack(&node);
-            node
-        };
         let (node, holder) = (full(child, *origin), full(one, *other));
         let moved = Pose::new(motion, 10.0 * scale);
         let visit = Visit { node: &node, holder: &holder, place: 3, motion: &moved.a_from_b, slack: 0.0 };
@@ -327,6 +334,54 @@ mod tests {
             })
             .collect();
         V::fit(&frame, origin, corners.iter().map(|&p| [p; 4]))
+    }
+
+    fn full<V: WideVolume>(volume: &V, origin: [f32; 3]) -> Node<V> {
+        let mut node = Node::<V>::empty(origin);
+        node.count = 8;
+        (0..8).for_each(|place| node.put(place, volume));
+        node.slack = node_slack(&node);
+        node
+    }
+
+    /// Two bars of 60 x 4 x 4 and 60 x 6 x 6 mm stand on their edges and cross at 30 degrees: the ridge of one runs along x at height 2√2, that of the
+    /// other at 12 - 3√2, so that they are 12 - 5√2 = 4.93 mm apart, which only the product of the two edges tells: 25 mm from the
+    /// middle of the other, where the ridges cross, the nearest points of both are not yet above one another.
+    #[test]
+    fn bounds_are_improved_where_one_is_asked_for_and_larger_children_are_named() {
+        use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, SQRT_2};
+        let apart_mm = (12.0 - 5.0 * SQRT_2) as f32;
+        let on_edge = Rotation3::from_scaled_axis(Vector::x() * FRAC_PI_4);
+        let aside = Rotation3::from_scaled_axis(Vector::z() * FRAC_PI_6);
+        let one: Oriented = around(on_edge.scaled_axis(), Vector::new(30.0, 2.0, 2.0), Vector::zeros(), [0.0; 3]);
+        let middle = aside * Vector::new(25.0, 0.0, 0.0) + Vector::new(0.0, 0.0, 12.0);
+        let child: Oriented = around((aside * on_edge).scaled_axis(), Vector::new(30.0, 3.0, 3.0), middle, [0.0; 3]);
+        let (node, holder) = (full(&child, [0.0; 3]), full(&one, [0.0; 3]));
+        let pose = Pose::new(&Isometry::identity(), 100.0);
+        let visit = Visit { node: &node, holder: &holder, place: 5, motion: &pose.a_from_b, slack: 0.0 };
+        let turned = Visit { node: &holder, holder: &node, ..visit };
+        for simd in Simd::available() {
+            let below = |limit_mm: f32| simd.run(Below(&[visit, turned], limit_mm))[0];
+            let (plain, improved) = (below(0.0), below(f32::INFINITY));
+            let [plain_mm, improved_mm] = [plain, improved].map(|found| found.least_mm[0]);
+            assert!(plain_mm < 0.9 * apart_mm, "{plain_mm}");
+            assert!(improved_mm <= apart_mm && improved_mm > apart_mm - 0.001, "{improved_mm} {apart_mm}");
+            // Below the plain bound nothing is to be improved; above it something is, though it may not help.
+            let expected = [
+                (0.95 * plain_mm, plain_mm, 0),
+                (1.05 * plain_mm, improved_mm, 0),
+                (1.01 * apart_mm, improved_mm, 255),
+            ];
+            for (limit_mm, least_mm, nearer) in expected {
+                assert_eq!(
+                    below(limit_mm),
+                    Distances { least_mm: [least_mm; WIDTH], nearer, larger: 255 },
+                    "{limit_mm}"
+                );
+            }
+            let [_, small] = simd.run(Below(&[visit, turned], f32::INFINITY));
+            assert_eq!((small.nearer, small.larger), (255, 0));
+        }
     }
 
     proptest! {

@@ -21,8 +21,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once timed, and a runner needs
-/// one pass only to answer: what a cold start adds is lost in it.
+/// A chunk that takes an engine longer than this, ns, is asked once in the warm-up round and once more, timed. A single pass is enough
+/// there: what a cold start adds is small beside it.
 pub const LONG_CHUNK_NS: u64 = 20_000_000;
 
 /// Rounds that begin with constructions.

@@ -320,6 +320,18 @@ pub(crate) mod tests {
         Triangle { corners: corners.map(Point::from) }
     }
 
+    /// The floor's corners run counter-clockwise for who looks down on it.
+    #[test]
+    fn sides_turns_and_areas() {
+        let floor = triangle([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let sides = [-STEP_MM, 0.0, STEP_MM].map(|z| side(&floor, &Point::new(9.0, -3.0, z)));
+        assert_eq!(sides, [1, 0, -1]);
+        let turns = [STEP_MM, 0.0, -STEP_MM].map(|y| turn([0.0, 0.0], [1.0, 0.0], [2.0, y]));
+        assert_eq!(turns, [1, 0, -1]);
+        let thin = |y| triangle([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [2.0, y, 1.0]]);
+        assert!(has_no_area(&thin(0.0)) && !has_no_area(&thin(STEP_MM)));
+    }
+
     /// Pairs with known answers, one or more for every kind of contact and every kind of degeneracy.
     pub(crate) fn hand_made() -> Vec<(&'static str, Triangle, Triangle, bool)> {
         let floor = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
