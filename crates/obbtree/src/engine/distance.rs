@@ -223,7 +223,7 @@ mod tests {
     use super::super::pose::Pose;
     use super::super::traverse::{Scratch, contact_keeping, first};
     use super::*;
-    use crate::cases::Cases;
+    use crate::cases::{Cases, Draw};
     use crate::engine::geometry::{GridMesh, Point, Triangle, Vector};
     use std::f64::consts::TAU;
 
@@ -332,6 +332,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Corners and edges of two triangles of 30 mm that pierce each other are far apart, and some small ones are near: what pierces is
+    /// found in each place of the lanes.
+    #[test]
+    fn large_triangles_that_pierce_are_found_beside_small_ones_that_are_near() {
+        let mut touching = 0;
+        for index in 0..150 {
+            let mut draw = Draw::new(2011, &["pierce"], index);
+            let mut soup = || {
+                let mut triangle = |size: f64| {
+                    let middle = Point::from(draw.in_ball() * 12.0);
+                    Triangle { corners: [0; 3].map(|_| middle + *draw.direction() * size) }
+                };
+                let triangles: Vec<Triangle> = (0..14).map(|i| triangle(if i < 3 { 30.0 } else { 0.5 })).collect();
+                WideTree::<Oriented>::build(&GridMesh::from_triangles(&triangles).unwrap())
+            };
+            let (a, b, pose) = (soup(), soup(), Isometry::translation(9.0, 0.0, 0.0));
+            let expected = of_all_pairs(&a, &b, &pose);
+            touching += u32::from(expected == 0.0);
+            for simd in Simd::available() {
+                let found = distance_mm(&a, &b, &pose, simd, f64::INFINITY, &mut Proximity::default());
+                assert_eq!(found, expected, "{index}, {}", simd.name());
+            }
+        }
+        assert!((75..150).contains(&touching), "{touching}");
     }
 
     #[test]
