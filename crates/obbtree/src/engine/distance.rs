@@ -334,8 +334,8 @@ mod tests {
         }
     }
 
-    /// Corners and edges of two triangles of 30 mm that pierce each other are far apart, and some small ones are near: what pierces is
-    /// found in each place of the lanes.
+    /// Two triangles of 30 mm can pierce each other though their corners and edges are far apart. They are found in whatever place of the lanes
+    /// they come, also where small triangles nearby are nearer than those edges.
     #[test]
     fn large_triangles_that_pierce_are_found_beside_small_ones_that_are_near() {
         let mut touching = 0;

@@ -42,7 +42,7 @@ type Columns = [[f32; 4]; 3];
 pub(super) struct Item {
     corners: [Corner; 4],
     pub patch: u32,
-    /// Whether it has two triangles.
+    /// Whether the patch is of two triangles.
     pub is_pair: bool,
 }
 

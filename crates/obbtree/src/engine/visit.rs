@@ -336,6 +336,7 @@ mod tests {
         V::fit(&frame, origin, corners.iter().map(|&p| [p; 4]))
     }
 
+    /// A node of eight such volumes.
     fn full<V: WideVolume>(volume: &V, origin: [f32; 3]) -> Node<V> {
         let mut node = Node::<V>::empty(origin);
         node.count = 8;
@@ -344,9 +345,9 @@ mod tests {
         node
     }
 
-    /// Two bars of 60 x 4 x 4 and 60 x 6 x 6 mm stand on their edges and cross at 30 degrees: the ridge of one runs along x at height 2√2, that of the
-    /// other at 12 - 3√2, so that they are 12 - 5√2 = 4.93 mm apart, which only the product of the two edges tells: 25 mm from the
-    /// middle of the other, where the ridges cross, the nearest points of both are not yet above one another.
+    /// Two bars stand on their edges: one of 60 x 4 x 4 mm along x, and 12 mm above it one of 60 x 6 x 6 mm, turned by 30 degrees. The ridges that
+    /// face each other are at heights 2√2 and 12 - 3√2, so that the bars are 12 - 5√2 = 4.93 mm apart. Only the product of these two edges
+    /// tells so: the middle of the upper bar is 25 mm from where the ridges cross.
     #[test]
     fn bounds_are_improved_where_one_is_asked_for_and_larger_children_are_named() {
         use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, SQRT_2};

@@ -1,6 +1,7 @@
 //! Whether two closed triangles share a point, decided exactly.
 //!
-//! Two triangles meet when one of six closed edge-triangle tests succeeds; in one plane, when no edge of either has the other beyond it. For coordinates on the grid of [`super::grid`], all signs come
+//! Two triangles meet when one of six closed edge-triangle tests succeeds. Two in one plane meet unless the line of an edge of one parts
+//! them from the other. For coordinates on the grid of [`super::grid`], all signs come
 //! from integer determinants ([`touch_on_grid`]): differences of at most 2⁴¹ steps, products of two of at most 2⁸³, and products of three
 //! of at most 3·2¹²⁴, which an `i128` holds. For all other coordinates, they come from Shewchuk's adaptive orientation predicates (1997,
 //! through the `robust` crate). [`touch`] always uses these, so it is exact for every finite coordinate whose products neither overflow nor
