@@ -5,7 +5,8 @@
 //! out those around it (`slab`).
 
 use super::buckets::Waiting;
-use super::lanes::{Machine, Simd, Work};
+use super::lanes::{DOUBLES, Machine, Simd, Work};
+use super::measure::Measured;
 use super::node::{WIDTH, WideTree};
 use super::posed::{Opened, Posed};
 use super::proximity::Proximity;
@@ -81,7 +82,7 @@ impl<V: WideVolume> Search<'_, V> {
     /// Measures the pair that was nearest at another pose, if one is known, and then looks for nearer ones.
     fn known_and_others(&mut self, simd: Simd) -> ControlFlow<Touching> {
         if let Some(pair) = self.proximity.nearest {
-            self.measure(pair)?;
+            self.measure(pair, true)?;
         }
         simd.run(self)
     }
@@ -118,12 +119,31 @@ impl<V: WideVolume> Search<'_, V> {
         }
         let Posed { a, b, placement, .. } = &self.posed;
         let pairs = self.batch;
-        let mut left = self.batch.nearer::<M::Double, V>(a, b, placement, self.least) | self.may_touch;
-        self.may_touch = 0;
+        let (waiting, measured) = self.batch.measured::<M::Double, V>(a, b, placement);
+        let may_touch = std::mem::take(&mut self.may_touch);
+        let left = waiting & measured.nearer(self.least) | may_touch;
+        if left == 0 {
+            return ControlFlow::Continue(());
+        }
+        self.measure_some(&pairs, left, may_touch, &measured.stored())
+    }
+
+    /// Measures the pairs that have a bit in `left` with care, the nearest first: after it others may not be nearer.
+    #[inline(never)]
+    fn measure_some(
+        &mut self,
+        pairs: &Batch,
+        mut left: u8,
+        may_touch: u8,
+        measured: &Measured<[f64; DOUBLES]>,
+    ) -> ControlFlow<Touching> {
         while left != 0 {
-            let pair = pairs.pair(left.trailing_zeros() as usize);
-            left &= left - 1;
-            self.measure(pair)?;
+            let lane = measured.nearest_of(left);
+            left &= !(1 << lane);
+            let may_touch = may_touch >> lane & 1 != 0;
+            if may_touch || measured.may_be_nearer(lane, self.least) {
+                self.measure(pairs.pair(lane), may_touch)?;
+            }
         }
         ControlFlow::Continue(())
     }
@@ -143,7 +163,8 @@ impl<V: WideVolume> Search<'_, V> {
             self.wait(opened, &found);
             match self.posed.below(opened, found.larger).at(nearest) {
                 Waiting::Leaves(slots) => {
-                    return self.posed.pairs(slots).try_for_each(|pair| self.measure(pair));
+                    let is_apart = found.least_mm[nearest as usize] > 0.0;
+                    return self.posed.pairs(slots).try_for_each(|pair| self.measure(pair, !is_apart));
                 }
                 Waiting::Node(below) => opened = below,
             }
@@ -154,7 +175,9 @@ impl<V: WideVolume> Search<'_, V> {
     #[inline(always)]
     fn visit<M: Machine>(&mut self, opened: &[Opened]) {
         let found = self.distances::<M>(opened);
-        opened.iter().zip(&found).for_each(|(&opened, found)| self.wait(opened, found));
+        for (&opened, found) in opened.iter().zip(&found) {
+            self.wait(opened, found);
+        }
     }
 
     /// How far the children of one or two nodes are at least.
@@ -173,7 +196,7 @@ impl<V: WideVolume> Search<'_, V> {
     }
 
     /// Children that may be nearer than what is known wait.
-    #[inline(always)]
+    #[inline(never)]
     fn wait(&mut self, opened: Opened, found: &Distances) {
         let below = self.posed.below(opened, found.larger);
         let mut nearer = found.nearer;
@@ -184,17 +207,19 @@ impl<V: WideVolume> Search<'_, V> {
         }
     }
 
-    /// Measures two triangles, by their places.
+    /// Measures two triangles, by their places. They are asked whether they touch only where their volumes may.
     #[inline(never)]
-    fn measure(&mut self, (i, j): (u32, u32)) -> ControlFlow<Touching> {
+    fn measure(&mut self, (i, j): (u32, u32), may_touch: bool) -> ControlFlow<Touching> {
         let Posed { a, b, placement, .. } = &self.posed;
         let (still, moved) = (a.triangle(i), placement.triangle(&b.triangle(j)));
-        if triangle_distance::exceeds(&still, &moved, self.least * self.least) {
-            return ControlFlow::Continue(());
-        }
-        if certified::touch(&still, &moved) {
-            (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
-            return ControlFlow::Break(Touching);
+        if may_touch {
+            if triangle_distance::exceeds(&still, &moved, self.least * self.least) {
+                return ControlFlow::Continue(());
+            }
+            if certified::touch(&still, &moved) {
+                (self.least, self.proximity.nearest) = (0.0, Some((i, j)));
+                return ControlFlow::Break(Touching);
+            }
         }
         // Apart, though rounding may have left nothing of the distance: 0 is said of contact alone.
         let measured = triangle_distance::squared(&still, &moved).sqrt();

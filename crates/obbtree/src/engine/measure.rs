@@ -23,11 +23,50 @@ const OUTSIDE: f64 = 1e60;
 type Vectors<D> = [D; 3];
 type Corners<D> = [Vectors<D>; 3];
 
-/// A bit for each lane in which the triangles may be nearer than `least_mm`, if they do not touch.
-#[inline(always)]
-pub(super) fn may_be_nearer<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>, least_mm: f64) -> u8 {
-    let limit = D::all(MEASURED_PAD) * reach(p, q) + D::all(least_mm);
-    !squared(p, q).exceeds(limit * limit)
+/// About how far apart four pairs of triangles are, if they do not touch.
+pub(super) struct Measured<T> {
+    /// The squares of the distances, mm²; infinite or not a number where a coordinate is.
+    squared: T,
+    /// By how much the distances may be less, mm.
+    pads: T,
+}
+
+impl<D: DoubleLanes> Measured<D> {
+    /// Of pairs of corners in lanes.
+    #[inline(always)]
+    pub fn of(p: &Corners<D>, q: &Corners<D>) -> Self {
+        Self { squared: squared(p, q), pads: D::all(MEASURED_PAD) * reach(p, q) }
+    }
+
+    /// A bit for each lane in which the triangles may be nearer than `least_mm`.
+    #[inline(always)]
+    pub fn nearer(&self, least_mm: f64) -> u8 {
+        let limit = self.pads + D::all(least_mm);
+        !self.squared.exceeds(limit * limit)
+    }
+
+    /// The numbers.
+    #[inline(always)]
+    pub fn stored(self) -> Measured<[f64; DOUBLES]> {
+        Measured { squared: self.squared.stored(), pads: self.pads.stored() }
+    }
+}
+
+impl Measured<[f64; DOUBLES]> {
+    /// Whether the triangles in a lane may be nearer than `least_mm`.
+    pub fn may_be_nearer(&self, lane: usize, least_mm: f64) -> bool {
+        let limit = self.pads[lane] + least_mm;
+        let is_farther = self.squared[lane] > limit * limit;
+        !is_farther
+    }
+
+    /// The nearest pair of those that have a bit in `lanes`, of which there is one at least.
+    pub fn nearest_of(&self, lanes: u8) -> usize {
+        let first = lanes.trailing_zeros() as usize;
+        (first + 1..DOUBLES)
+            .filter(|lane| lanes >> lane & 1 != 0)
+            .fold(first, |nearest, lane| if self.squared[lane] < self.squared[nearest] { lane } else { nearest })
+    }
 }
 
 /// Lower bounds of the distances of triangles that do not touch, mm.
@@ -154,6 +193,18 @@ mod tests {
             let (p, q) = (lanes(self.0[0]), lanes(self.0[1]));
             (squared(&p, &q).stored()[1], reach(&p, &q).stored()[1])
         }
+    }
+
+    #[test]
+    fn of_pairs_that_may_be_nearer_the_nearest_is_first() {
+        let measured = super::Measured { squared: [9.0, 4.0, f64::NAN, 25.0], pads: [0.0, 0.5, 0.0, 2.0] };
+        assert_eq!([0b1111, 0b1001, 0b1000, 0b0011].map(|lanes| measured.nearest_of(lanes)), [1, 0, 3, 1]);
+        // A pair may be nearer than what it measures by its pad; one that is not a number may be as near as any.
+        let nearer = |least_mm: f64| [0, 1, 2, 3].map(|lane| measured.may_be_nearer(lane, least_mm));
+        assert_eq!(nearer(3.0), [true, true, true, true]);
+        assert_eq!(nearer(2.99), [false, true, true, false]);
+        assert_eq!(nearer(1.5), [false, true, true, false]);
+        assert_eq!(nearer(1.49), [false, false, true, false]);
     }
 
     /// Random triangles, and such with an edge nearly along an edge of the other.

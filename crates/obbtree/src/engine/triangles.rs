@@ -7,7 +7,7 @@
 //! The corners of `b` are moved and snapped by the very operations of [`crate::engine::geometry::grid::Placement`], so that all methods see the same triangles.
 
 use super::lanes::{DOUBLES, DoubleLanes, three};
-use super::measure::{self, minus};
+use super::measure::{self, Measured, minus};
 use super::node::WideTree;
 use super::volume::WideVolume;
 use crate::engine::geometry::grid::Placement;
@@ -75,17 +75,16 @@ impl Batch {
         }
     }
 
-    /// A bit for each pair that may be nearer than `least_mm`, if it does not touch; the batch is empty afterwards.
+    /// A bit for each pair, and about how far apart they are; the batch is empty afterwards.
     #[inline(always)]
-    pub fn nearer<D: DoubleLanes, V: WideVolume>(
+    pub fn measured<D: DoubleLanes, V: WideVolume>(
         &mut self,
         a: &WideTree<V>,
         b: &WideTree<V>,
         placement: &Placement,
-        least_mm: f64,
-    ) -> u8 {
+    ) -> (u8, Measured<D>) {
         let (waiting, [p, q]) = self.take::<D, V>(a, b, placement);
-        waiting & measure::may_be_nearer(&p, &q, least_mm)
+        (waiting, Measured::of(&p, &q))
     }
 
     /// A bit for each pair, and their corners in the frame of `a`; the batch is empty afterwards.
