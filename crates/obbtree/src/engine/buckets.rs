@@ -129,10 +129,10 @@ mod tests {
     fn the_nearest_comes_first_and_what_is_too_far_never() {
         let mut buckets = Buckets::default();
         buckets.clear(10.0);
-        // The second and the fifth, and the third and the last, are within a bucket's width of 10/64 mm.
-        pushed(&mut buckets, &[2.5, 0.0, 7.0, 5.0, 0.1, 9.9, 7.01]);
-        assert_eq!(order(&mut buckets.clone(), 10.0), [4, 1, 0, 3, 6, 2, 5]);
-        assert_eq!(order(&mut buckets, 7.0), [4, 1, 0, 3], "what is no nearer than what is known is left out");
+        // The second and the fifth, and the third and the seventh, are within a bucket's width of 10/64 mm; the fourth and the last are not.
+        pushed(&mut buckets, &[2.5, 0.0, 7.0, 5.0, 0.1, 9.9, 7.01, 5.3]);
+        assert_eq!(order(&mut buckets.clone(), 10.0), [4, 1, 0, 3, 7, 6, 2, 5]);
+        assert_eq!(order(&mut buckets, 7.0), [4, 1, 0, 3, 7], "what is no nearer than what is known is left out");
         assert_eq!(buckets.pop_below(f64::INFINITY), None);
     }
 

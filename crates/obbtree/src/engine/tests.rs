@@ -2,7 +2,8 @@
 
 use super::aligned::Aligned;
 use super::ball::Ball;
-use super::lanes::Simd;
+use super::lanes::{DOUBLES, DoubleLanes, Lanes, Machine, Simd, WIDTH, Work};
+use super::node::Node;
 use super::oriented::Oriented;
 use super::traverse::{Scratch, all, first};
 use super::*;
@@ -17,6 +18,38 @@ fn an_instruction_set_is_found_by_its_name() {
         assert_eq!(Simd::named(simd.name()), Some(simd));
     }
     assert_eq!((Simd::named("portable").map(Simd::name), Simd::named("")), (Some("portable"), None));
+}
+
+/// For `f32` and `f64` in which lanes 0, 1, 2 and so on exceed 2, and the lesser and the greater of both.
+struct Compared;
+
+impl Work for Compared {
+    type Output = (u32, [[f32; WIDTH]; 2], u8, [[f64; DOUBLES]; 2]);
+
+    #[inline(always)]
+    fn run<M: Machine>(self) -> Self::Output {
+        let numbers: [f32; WIDTH] = std::array::from_fn(|lane| if lane == 5 { f32::NAN } else { lane as f32 });
+        let two = M::Single::all(2.0);
+        let (mut bits, mut less, mut more) = (0, [[0.0; WIDTH]; 2], [[0.0; WIDTH]; 2]);
+        for part in 0..M::Single::PARTS {
+            let x = M::Single::load(part, |_| &numbers);
+            bits |= x.exceeds(two) << (part * WIDTH / M::Single::PARTS);
+            x.min(two).store(part, &mut less);
+            x.max(two).store(part, &mut more);
+        }
+        let (x, two) = (M::Double::load(&[1.0, 2.0, 3.0, f64::NAN]), M::Double::load(&[2.0; DOUBLES]));
+        (bits & 0xff, [less[0], more[0]], x.exceeds(two), [x.min(two).stored(), x.max(two).stored()])
+    }
+}
+
+#[test]
+fn only_what_is_larger_exceeds_and_what_is_no_number_does_not() {
+    for simd in Simd::available() {
+        let (bits, [less, more], wide_bits, wide) = simd.run(Compared);
+        assert_eq!((bits, wide_bits), (0b1101_1000, 0b100), "{}", simd.name());
+        assert_eq!((&less[..5], &more[..5]), (&[0.0, 1.0, 2.0, 2.0, 2.0][..], &[2.0, 2.0, 2.0, 3.0, 4.0][..]));
+        assert_eq!(wide, [[1.0, 2.0, 2.0, 2.0], [2.0, 2.0, 3.0, 2.0]], "{}", simd.name());
+    }
 }
 
 /// Every pair of faces that touch exactly, sorted.
@@ -75,6 +108,28 @@ fn verdicts_and_lists_are_the_exact_truth_on_every_instruction_set_and_counts_ag
     are_exact::<Oriented>();
     are_exact::<Aligned>();
     are_exact::<Ball>();
+}
+
+/// Triangles are never opened, however large they are beside the other mesh.
+#[test]
+fn a_triangle_is_larger_than_all_of_the_other_mesh() {
+    let torus = meshes::torus(2.0, 0.5, 12, 8);
+    let corner = |x: f64, y: f64| Point::new(x, y, 0.0);
+    let wall = GridMesh::from_triangles(&[Triangle::new(corner(-90.0, -90.0), corner(90.0, -90.0), corner(0.0, 90.0))])
+        .unwrap();
+    let (torus, wall) = (WideTree::<Oriented>::build(&torus), WideTree::build(&wall));
+    for simd in Simd::available() {
+        for (height, touches) in [(0.4, true), (0.6, false)] {
+            let pose = Isometry::translation(0.0, 0.0, height);
+            for (a, b, pose) in [(&torus, &wall, pose.inverse()), (&wall, &torus, pose)] {
+                assert_eq!(first(a, b, &pose, simd, &mut Scratch::default()), touches, "{}", simd.name());
+                assert_eq!(all(a, b, &pose, simd, &mut Scratch::default()).is_empty(), !touches);
+                let mut proximity = proximity::Proximity::default();
+                let distance = distance::distance_mm(a, b, &pose, simd, f64::INFINITY, &mut proximity);
+                assert!((distance - if touches { 0.0 } else { 0.1 }).abs() < 1e-6, "{distance}");
+            }
+        }
+    }
 }
 
 /// A mesh of triangles that are points, mm.
@@ -213,6 +268,20 @@ fn a_broken_tree_is_found() {
     let mut broken = tree.clone();
     broken.nodes[1].first_node += 1;
     assert!(matches!(broken.check_structure(), Err(TreeFault::Division { .. })));
+    // Each number of a node that others contradict is found at that node.
+    let inner = tree.nodes[1].inner;
+    assert!(inner >= 2 && tree.nodes[1].count == 8, "{inner}");
+    let corrupt: [fn(&mut Node<Oriented>); 4] = [
+        |node| (node.inner, node.count) = (node.inner, node.inner - 1),
+        |node| node.paired = node.count - node.inner + 1,
+        |node| node.count = 9,
+        |node| (node.inner, node.count, node.paired) = (1, 1, 0),
+    ];
+    for corrupt in corrupt {
+        let mut broken = tree.clone();
+        corrupt(&mut broken.nodes[1]);
+        assert_eq!(broken.check_structure(), Err(TreeFault::Division { node: 1 }));
+    }
     let mut broken = tree;
     broken.faces[3] = broken.faces[4];
     assert_eq!(broken.check_structure(), Err(TreeFault::Faces));

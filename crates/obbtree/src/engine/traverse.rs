@@ -57,7 +57,8 @@ impl Tally {
 }
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
-/// Contacts are rare beside what it takes to find them: one compiled search serves all who call.
+/// Contacts are rare beside what it takes to find them: one compiled search serves all who call. What the balls settle is not worth a call.
+#[inline]
 pub(crate) fn traverse<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
@@ -68,19 +69,21 @@ pub(crate) fn traverse<V: WideVolume>(
     scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
         Tally::BALLS
     } else {
-        search::<V, false>(Posed::new(a, b, a_from_b), simd, scratch, on_contact, u32::MAX)
+        search::<V, false>((a, b), a_from_b, simd, scratch, on_contact, u32::MAX)
     };
 }
 
+#[inline(never)]
 fn search<V: WideVolume, const KEEPS: bool>(
-    posed: Posed<V>,
+    (a, b): (&WideTree<V>, &WideTree<V>),
+    a_from_b: &Isometry,
     simd: Simd,
     scratch: &mut Scratch,
     on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
     most_visits: u32,
 ) -> Tally {
     let Scratch { stack, sided, front, .. } = scratch;
-    let (batch, tally) = (Batch::default(), Tally::BALLS);
+    let (posed, batch, tally) = (Posed::new(a, b, a_from_b), Batch::default(), Tally::BALLS);
     simd.run(Traversal::<V, KEEPS> { posed, stack, sided, front, on_contact, batch, tally, most_visits })
 }
 
@@ -98,7 +101,7 @@ pub(super) fn contact_keeping<V: WideVolume>(
         found = Some(pair);
         ControlFlow::Break(())
     };
-    scratch.tally = search::<V, true>(Posed::new(a, b, a_from_b), simd, scratch, &mut on_contact, most_visits);
+    scratch.tally = search::<V, true>((a, b), a_from_b, simd, scratch, &mut on_contact, most_visits);
     if found.is_some() {
         scratch.front.close();
     }
@@ -106,6 +109,7 @@ pub(super) fn contact_keeping<V: WideVolume>(
 }
 
 /// A pair of triangles that touch, by their places in the trees' orders, if there is any.
+#[inline]
 pub(super) fn contact<V: WideVolume>(
     a: &WideTree<V>,
     b: &WideTree<V>,
@@ -122,6 +126,7 @@ pub(super) fn contact<V: WideVolume>(
 }
 
 /// Mode `first`: whether the meshes touch at all.
+#[inline]
 pub fn first<V: WideVolume>(
     a: &WideTree<V>,
     b: &WideTree<V>,

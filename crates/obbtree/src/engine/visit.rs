@@ -388,19 +388,24 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// At any scale, for flat, long and nearly parallel boxes, and for the boxes along the axes and the balls about them.
+        /// At any scale, for flat, long and nearly parallel boxes, for small ones in the middle of large ones, and for the boxes along the axes and the
+        /// balls about them.
         #[test]
         fn the_slack_covers_the_rounding(
             turns in (vector(3.0), prop_oneof![vector(3.0), vector(1e-6), Just(Vector::zeros())]),
             halves in (vector(1.0), vector(1.0)),
             flat in prop::array::uniform2(prop_oneof![Just(1.0), Just(1e-4), Just(0.0)]),
+            sizes in prop::array::uniform2(prop_oneof![Just(1.0), Just(1e-4)]),
             centres in (vector(2.0), vector(2.0)),
             pose in (vector(3.0), vector(1.0)),
+            is_apart in prop::bool::ANY,
             exponent in -6..6_i32,
         ) {
             let scale = 10f64.powi(exponent);
             let half = |half: Vector, flat: f64| half.abs().component_mul(&Vector::new(1.0, 1.0, flat)) * scale;
-            let halves = [half(halves.0, flat[0]), half(halves.1, flat[1])];
+            let halves = [half(halves.0, flat[0]) * sizes[0], half(halves.1, flat[1]) * sizes[1]];
+            let away = if is_apart { 1.0 } else { 0.0 };
+            let (centres, pose) = ((centres.0 * away, centres.1 * away), (pose.0, pose.1 * away));
             let origins = [(centres.0 * 0.7 * scale), centres.1 * scale].map(|x| x.map(|x| x as f32).into());
             let motion = Isometry::new(pose.1 * scale, pose.0);
             // The other box is turned against the first by the second turn, once it is moved.
