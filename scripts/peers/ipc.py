@@ -4,24 +4,28 @@ A vertex of a part that turns goes along an arc. The motion is cut so that no ch
 contact is the end of the step that the toolkit calls free of collision. Times include the calls from Python, some microseconds a piece.
 """
 
-import sys
-import time
-from pathlib import Path
-
 import ipctk
 import numpy as np
+from runner import serve
 
 SAGITTA_MM = 1e-4
-SHORTEST_NS = 100_000
-LONG_NS = 20_000_000
-# Pairs with more are not answered: with 2 000 a motion takes seconds.
-MOST_TRIANGLES = 500
 # The step goes so far towards contact; the toolkit's own 0.8 would leave a fifth of the distance.
 RESCALING = 0.9999
 
 
 class Engine:
     """Both meshes as one, in which vertices of one part do not meet each other."""
+
+    # With 2 000 a motion takes seconds.
+    most_triangles = 500
+
+    @staticmethod
+    def has(mode):
+        return mode == "motion"
+
+    @staticmethod
+    def question(start, end):
+        return start, end
 
     def __init__(self, a, b):
         (vertices_a, faces_a), (self.moved, faces_b) = a, b
@@ -42,8 +46,8 @@ class Engine:
         placed = self.moved @ (turn @ start[:, :3]).T + start[:, 3] + when * way
         return np.asfortranarray(np.vstack([self.still, placed]))
 
-    def first_contact(self, start, end):
-        """The time of first contact; infinite without."""
+    def answer(self, _, question):
+        start, end = question
         turn = end[:, :3] @ start[:, :3].T
         twice = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
         sine = np.linalg.norm(twice)
@@ -61,83 +65,7 @@ class Engine:
         return np.inf
 
 
-class Runner:
-    """The protocol of docs/adding-a-peer.md."""
-
-    def __init__(self, pair, rounds):
-        load = lambda name: np.load(pair / f"{name}.npy")
-        self.meshes = [(load(f"{side}_vertices"), load(f"{side}_faces")) for side in "ab"]
-        self.starts, self.ends = load("poses"), load("ends")
-        count = len(self.starts)
-        self.answers, self.asked = np.zeros(count), np.zeros(count, dtype=int)
-        self.ns = np.zeros((rounds, count), dtype=np.uint64)
-        self.engine = None
-
-    def build(self):
-        begun = time.perf_counter_ns()
-        self.engine = Engine(*self.meshes)
-        return time.perf_counter_ns() - begun
-
-    def one_by_one(self, poses):
-        times = []
-        for i in poses:
-            begun = time.perf_counter_ns()
-            self.answers[i] = self.engine.first_contact(self.starts[i], self.ends[i])
-            times.append(max(time.perf_counter_ns() - begun, 1))
-        return times
-
-    def chunk(self, first, end):
-        poses = range(first, end)
-        if self.engine is None:
-            self.build()
-        times = self.one_by_one(poses)
-        once = total = sum(times)
-        if once < LONG_NS:
-            passes = max(1, -(-SHORTEST_NS // once))
-            begun = time.perf_counter_ns()
-            for _ in range(passes):
-                for i in poses:
-                    self.answers[i] = self.engine.first_contact(self.starts[i], self.ends[i])
-            total = (time.perf_counter_ns() - begun) // passes
-            times = self.one_by_one(poses)
-        for i, ns in zip(poses, times):
-            if self.asked[i] < len(self.ns):
-                self.ns[self.asked[i], i] = ns
-                self.asked[i] += 1
-        return total
-
-    def write(self, out):
-        np.save(out / "verdicts.npy", np.isfinite(self.answers).astype(np.uint8))
-        np.save(out / "values.npy", self.answers)
-        np.save(out / "ns.npy", self.ns)
-
-
-def main(mode, pair, out, rounds):
-    if mode != "motion":
-        print("unsupported", flush=True)
-        return
+if __name__ == "__main__":
     ipctk.set_num_threads(1)
     ipctk.set_logger_level(ipctk.LoggerLevel.error)
-    runner = Runner(Path(pair), int(rounds))
-    if sum(len(faces) for _, faces in runner.meshes) > MOST_TRIANGLES:
-        print("unsupported", flush=True)
-        return
-    print("ready", flush=True)
-    for line in sys.stdin:
-        match line.split():
-            case ["build"]:
-                print("done", runner.build(), flush=True)
-            case ["bytes"]:
-                print("done 0", flush=True)
-            case ["chunk", first, end]:
-                print("done", runner.chunk(int(first), int(end)), flush=True)
-            case ["quit"]:
-                runner.write(Path(out))
-                print("done 0", flush=True)
-                return
-            case _:
-                sys.exit(f"unknown command {line}")
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])
+    serve(Engine)
