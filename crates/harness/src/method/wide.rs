@@ -11,6 +11,12 @@ use crate::tree::validate::TreeFault;
 use crate::volume::Info;
 use obbtree::engine::traverse::{self, Scratch};
 use obbtree::engine::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
+use std::cell::RefCell;
+
+thread_local! {
+    /// What the queries of a thread reuse, as those of [`obbtree::Collider`] do: a query alone allocates nothing either.
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
 
 /// Trees of oriented boxes.
 pub const ORIENTED: Info = Info {
@@ -36,8 +42,10 @@ pub const BALL: Info = Info {
 
 impl<V: WideVolume> Model for WideTree<V> {
     fn first(&self, other: &dyn Model, a_from_b: &[Isometry], verdicts: &mut Vec<bool>) {
-        let (other, simd, mut scratch) = (same::<Self>(other), Simd::in_use(), Scratch::default());
-        verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, &mut scratch)));
+        let (other, simd) = (same::<Self>(other), Simd::in_use());
+        SCRATCH.with_borrow_mut(|scratch| {
+            verdicts.extend(a_from_b.iter().map(|pose| traverse::first(self, other, pose, simd, scratch)));
+        });
     }
 
     fn along(
@@ -53,15 +61,17 @@ impl<V: WideVolume> Model for WideTree<V> {
     }
 
     fn first_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (bool, Counts) {
-        let mut scratch = Scratch::default();
-        let verdict = traverse::first(self, same(other), a_from_b, Simd::in_use(), &mut scratch);
-        (verdict, scratch.counts())
+        SCRATCH.with_borrow_mut(|scratch| {
+            let verdict = traverse::first(self, same(other), a_from_b, Simd::in_use(), scratch);
+            (verdict, scratch.counts())
+        })
     }
 
     fn all_counted(&self, other: &dyn Model, a_from_b: &Isometry) -> (Vec<(u32, u32)>, Counts) {
-        let mut scratch = Scratch::default();
-        let contacts = traverse::all(self, same(other), a_from_b, Simd::in_use(), &mut scratch);
-        (contacts, scratch.counts())
+        SCRATCH.with_borrow_mut(|scratch| {
+            let contacts = traverse::all(self, same(other), a_from_b, Simd::in_use(), scratch);
+            (contacts, scratch.counts())
+        })
     }
 
     fn distance_mm(&self, other: &dyn Model, a_from_b: &Isometry, below_mm: f64, proximity: &mut Proximity) -> f64 {

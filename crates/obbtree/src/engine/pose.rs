@@ -79,14 +79,15 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// `reach` is the sum of both meshes' largest distances from their origins, mm.
+    /// `reach` is the sum of both meshes' largest distances from their origins, mm; `columns` are those of the quaternion's matrix.
     ///
     /// The truth moves a corner of `b` by the matrix of the unit quaternion ([`crate::engine::geometry::rigid`]), adds, rounds and snaps it to the grid, which
     /// moves it by up to [`grid::SNAP_RADIUS_MM`]. The matrix R here is that of the quaternion as it is, orthogonal up to its [`defect`]. It moves
     /// corners by less than a defect of their distance elsewhere; seen from `b`, by Rᵀ, points of `a` are misplaced in proportion to it as well.
-    pub fn new(a_from_b: &Isometry, reach: f64) -> Self {
+    #[inline]
+    pub fn of(a_from_b: &Isometry, columns: [[f64; 3]; 3], reach: f64) -> Self {
         // Arrays of their own: copies of parts of a matrix wait for its stores.
-        let [x, y, z]: [[f64; 3]; 3] = a_from_b.rotation.to_rotation_matrix().into_inner().into();
+        let [x, y, z] = columns;
         let back = [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]];
         let way: [f64; 3] = a_from_b.translation.vector.into();
         let [i, j, k, w]: [f64; 4] = a_from_b.rotation.coords.into();
@@ -96,6 +97,12 @@ impl Pose {
             a_from_b: Motion::new(&[x, y, z], [i, j, k, w], way),
             slack: slack as f32 * (1.0 + 4.0 * U),
         }
+    }
+
+    /// The same, with the matrix found here.
+    #[cfg(test)]
+    pub fn new(a_from_b: &Isometry, reach: f64) -> Self {
+        Self::of(a_from_b, a_from_b.rotation.to_rotation_matrix().into_inner().into(), reach)
     }
 
     /// The slack for balls moved by the unit quaternion itself, whose defect is that of its length squared, mm.

@@ -72,11 +72,13 @@ impl Below {
 
 impl<'a, V: WideVolume> Posed<'a, V> {
     /// The quaternion may have any length: volumes are moved as the leaves are.
+    #[inline]
     pub fn new(a: &'a WideTree<V>, b: &'a WideTree<V>, a_from_b: &Isometry) -> Self {
         let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
         let a_from_b = unit.as_ref().unwrap_or(a_from_b);
-        let (placement, pose) = (Placement::new(a_from_b), Pose::new(a_from_b, a.reach + b.reach));
-        Self { a, b, placement, pose }
+        let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
+        let pose = Pose::of(a_from_b, rotation.into(), a.reach + b.reach);
+        Self { a, b, placement: Placement::of(rotation, a_from_b.translation.vector), pose }
     }
 
     /// The tree that is opened, and the other one.

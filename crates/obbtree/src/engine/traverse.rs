@@ -84,7 +84,9 @@ fn search<V: WideVolume, const KEEPS: bool>(
 ) -> Tally {
     let Scratch { stack, sided, front, .. } = scratch;
     let (posed, batch, tally) = (Posed::new(a, b, a_from_b), Batch::default(), Tally::BALLS);
-    simd.run(Traversal::<V, KEEPS> { posed, stack, sided, front, on_contact, batch, tally, most_visits })
+    let mut traversal = Traversal::<V, KEEPS> { posed, stack, sided, front, on_contact, batch, tally, most_visits };
+    simd.run(&mut traversal);
+    traversal.tally
 }
 
 /// [`contact`] where the balls around the meshes meet, from the front of the scratch on, which keeps what is left out. It is closed where the meshes
@@ -180,13 +182,12 @@ struct Traversal<'a, V: WideVolume, const KEEPS: bool> {
     most_visits: u32,
 }
 
-impl<V: WideVolume, const KEEPS: bool> Work for Traversal<'_, V, KEEPS> {
-    type Output = Tally;
+impl<V: WideVolume, const KEEPS: bool> Work for &mut Traversal<'_, V, KEEPS> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<M: Machine>(mut self) -> Tally {
+    fn run<M: Machine>(self) {
         let _ = self.search::<M>();
-        self.tally
     }
 }
 

@@ -112,6 +112,7 @@ impl Runner<'_> {
             b: b.as_ref(),
             reach_mm: reach_mm(&self.meshes[1]),
             memory: Memory::default(),
+            proximity: Proximity::default(),
             verdicts: Vec::new(),
             answers: Vec::new(),
         };
@@ -187,6 +188,8 @@ struct Asker<'a> {
     reach_mm: f64,
     /// What poses of the pass have left behind.
     memory: Memory,
+    /// Of distances the memory alone: each query stands alone.
+    proximity: Proximity,
     verdicts: Vec<bool>,
     /// Answers of the last pass.
     answers: Vec<f64>,
@@ -246,9 +249,11 @@ impl Asker<'_> {
                 self.answers.extend(poses.iter().map(|pose| self.a.all_counted(self.b, pose).0.len() as f64));
             }
             Mode::Distance => {
-                // Each query stands alone: the pair that was nearest at another pose is not handed on.
-                let (a, b) = (self.a, self.b);
-                let distance = |pose| a.distance_mm(b, pose, f64::INFINITY, &mut Proximity::default());
+                let (a, b, proximity) = (self.a, self.b, &mut self.proximity);
+                let distance = |pose| {
+                    proximity.nearest = None;
+                    a.distance_mm(b, pose, f64::INFINITY, proximity)
+                };
                 self.answers.extend(poses.iter().map(distance));
             }
             Mode::Motion => {

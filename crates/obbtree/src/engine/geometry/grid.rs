@@ -59,7 +59,13 @@ impl Placement {
     /// The placement of mesh `b` in the frame of mesh `a`.
     #[must_use]
     pub fn new(a_from_b: &Isometry) -> Self {
-        Self { rotation: rigid::rotation(a_from_b), translation: a_from_b.translation.vector }
+        Self::of(rigid::rotation(a_from_b), a_from_b.translation.vector)
+    }
+
+    /// By the matrix of [`rigid::rotation`], and the translation, mm.
+    #[inline]
+    pub(crate) const fn of(rotation: Matrix3<f64>, translation: nalgebra::Vector3<f64>) -> Self {
+        Self { rotation, translation }
     }
 
     /// The coordinates of a point of `b`, mm, in the frame of `a`, on the grid.
