@@ -181,23 +181,26 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
-    struct Measured<'a>([&'a Triangle; 2]);
+    /// Two triangles in all lanes: the squared distance, by how much the distance may be less, and whether they may be nearer than a distance.
+    struct Measuring<'a>([&'a Triangle; 2], f64);
 
-    /// The square of the distance, and how far the corners are from one another.
-    impl Work for Measured<'_> {
-        type Output = (f64, f64);
+    impl Work for Measuring<'_> {
+        type Output = (f64, f64, bool);
 
         #[inline(always)]
-        fn run<M: Machine>(self) -> (f64, f64) {
+        fn run<M: Machine>(self) -> Self::Output {
             let lanes = |t: &Triangle| three!(i => three!(k => M::Double::load(&[t.corners[i][k]; DOUBLES])));
-            let (p, q) = (lanes(self.0[0]), lanes(self.0[1]));
-            (squared(&p, &q).stored()[1], reach(&p, &q).stored()[1])
+            let measured = Measured::of(&lanes(self.0[0]), &lanes(self.0[1]));
+            let nearer = measured.nearer(self.1);
+            let stored = measured.stored();
+            assert_eq!(nearer & 0b1111, if stored.may_be_nearer(3, self.1) { 0b1111 } else { 0 });
+            (stored.squared[1], stored.pads[1], nearer & 1 != 0)
         }
     }
 
     #[test]
     fn of_pairs_that_may_be_nearer_the_nearest_is_first() {
-        let measured = super::Measured { squared: [9.0, 4.0, f64::NAN, 25.0], pads: [0.0, 0.5, 0.0, 2.0] };
+        let measured = Measured { squared: [9.0, 4.0, f64::NAN, 25.0], pads: [0.0, 0.5, 0.0, 2.0] };
         assert_eq!([0b1111, 0b1001, 0b1000, 0b0011].map(|lanes| measured.nearest_of(lanes)), [1, 0, 3, 1]);
         // A pair may be nearer than what it measures by its pad; one that is not a number may be as near as any.
         let nearer = |least_mm: f64| [0, 1, 2, 3].map(|lane| measured.may_be_nearer(lane, least_mm));
@@ -231,10 +234,18 @@ mod tests {
             }
             apart += 1;
             let truth = triangle_distance::squared(&a, &b).sqrt();
+            // The pad goes with the ways from corner to corner.
+            let ways = a.corners.iter().flat_map(|p| b.corners.iter().chain(&a.corners).map(move |q| (p - q).norm()));
+            let across = a.corners.iter().flat_map(|p| b.corners.iter().map(move |q| (p - q).norm()));
+            let (longest, longest_across) = (ways.fold(0.0, f64::max), across.fold(0.0, f64::max));
             for simd in Simd::available() {
-                let (squared, reach) = simd.run(Measured([&a, &b]));
+                let (squared, pad, may_be_nearer) = simd.run(Measuring([&a, &b], truth));
                 let found = squared.sqrt();
-                assert!(found <= truth + MEASURED_PAD * reach, "{found} for {truth} at {reach}: {a:?} {b:?}");
+                assert!(may_be_nearer && found <= truth + pad, "{found} for {truth}, {pad}: {a:?} {b:?}");
+                assert!((MEASURED_PAD * longest_across..4.0 * MEASURED_PAD * longest).contains(&pad), "{pad}");
+                if found >= truth * (1.0 - 1e-6) && truth > 10.0 * pad {
+                    assert!(!simd.run(Measuring([&a, &b], 0.9 * truth - 2.0 * pad)).2);
+                }
                 close += u32::from(found >= truth * (1.0 - 1e-6));
                 above += u32::from(found > truth);
             }

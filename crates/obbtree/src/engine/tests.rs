@@ -20,11 +20,12 @@ fn an_instruction_set_is_found_by_its_name() {
     assert_eq!((Simd::named("portable").map(Simd::name), Simd::named("")), (Some("portable"), None));
 }
 
-/// For `f32` and `f64` in which lanes 0, 1, 2 and so on exceed 2, and the lesser and the greater of both.
+/// For `f32` and `f64` in which lanes 0, 1, 2 and so on exceed 2, and the lesser and the greater of both. Of numbers that go up and such that go down the lesser
+/// ones, and the least of some of them.
 struct Compared;
 
 impl Work for Compared {
-    type Output = (u32, [[f32; WIDTH]; 2], u8, [[f64; DOUBLES]; 2]);
+    type Output = (u32, [[f32; WIDTH]; 2], u8, [[f64; DOUBLES]; 2], [f32; WIDTH], [f32; 3]);
 
     #[inline(always)]
     fn run<M: Machine>(self) -> Self::Output {
@@ -38,14 +39,21 @@ impl Work for Compared {
             x.max(two).store(part, &mut more);
         }
         let (x, two) = (M::Double::load(&[1.0, 2.0, 3.0, f64::NAN]), M::Double::load(&[2.0; DOUBLES]));
-        (bits & 0xff, [less[0], more[0]], x.exceeds(two), [x.min(two).stored(), x.max(two).stored()])
+        let mut joined: [f32; WIDTH] = std::array::from_fn(|lane| lane as f32);
+        let down = std::array::from_fn(|lane| 7.0 - lane as f32);
+        M::join(&mut joined, &down);
+        let least = [0b1111_1111, 0b0001_1000, 0].map(|places| M::least_of(&down, places));
+        let wide = [x.min(two).stored(), x.max(two).stored()];
+        (bits & 0xff, [less[0], more[0]], x.exceeds(two), wide, joined, least)
     }
 }
 
 #[test]
 fn only_what_is_larger_exceeds_and_what_is_no_number_does_not() {
     for simd in Simd::available() {
-        let (bits, [less, more], wide_bits, wide) = simd.run(Compared);
+        let (bits, [less, more], wide_bits, wide, joined, least) = simd.run(Compared);
+        assert_eq!(joined, [0.0, 1.0, 2.0, 3.0, 3.0, 2.0, 1.0, 0.0], "{}", simd.name());
+        assert_eq!(least, [0.0, 3.0, f32::INFINITY], "{}", simd.name());
         assert_eq!((bits, wide_bits), (0b1101_1000, 0b100), "{}", simd.name());
         assert_eq!((&less[..5], &more[..5]), (&[0.0, 1.0, 2.0, 2.0, 2.0][..], &[2.0, 2.0, 2.0, 3.0, 4.0][..]));
         assert_eq!(wide, [[1.0, 2.0, 2.0, 2.0], [2.0, 2.0, 3.0, 2.0]], "{}", simd.name());
