@@ -29,9 +29,6 @@ pub(super) struct Opened {
 }
 
 impl Opened {
-    /// The roots: node 0 of `a` holds the root alone; `b`'s root is slot 0.
-    const ROOTS: Self = Self { one: 0, node: 0, of_b: false };
-
     /// The pair (slot of `a`, slot of `b`) of the volume that stays and a slot of the other tree.
     #[inline(always)]
     pub const fn pair(self, slot: u32) -> (u32, u32) {
@@ -87,22 +84,14 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         if opened.of_b { (self.b, self.a) } else { (self.a, self.b) }
     }
 
-    /// What a search opens first: the larger root, since a pass over its children tells as much as one over the root alone and costs the same.
-    /// Only where both roots are triangles there is nothing to open but the node that holds one.
+    /// What a search opens first: the larger root, the second on a tie, and never one that is triangles, since a pass over the children tells as much as
+    /// one over the root alone and costs the same. Where both are triangles, the node that holds the second, whose number is that of its first child.
     #[inline(always)]
     pub fn first(&self) -> Opened {
-        if self.a.nodes.len() == 1 && self.b.nodes.len() == 1 { Opened::ROOTS } else { self.open((0, 0)) }
-    }
-
-    /// Of two volumes the larger is opened, the second on a tie; never a triangle's. Not both are triangles'.
-    #[inline(always)]
-    pub fn open(&self, (x, y): (u32, u32)) -> Opened {
-        let ((a, i), (b, j)) = (self.a.slot(x), self.b.slot(y));
-        let larger = a.volume(i).size() > b.volume(j).size();
-        let of_a = a.is_inner(i) & (larger | !b.is_inner(j));
-        // Which one it is cannot be foreseen: both are worked out, and one is taken without a jump.
-        let node = select_unpredictable(of_a, a.child(i), b.child(j));
-        Opened { one: select_unpredictable(of_a, y, x), node, of_b: !of_a }
+        let (a, b) = (&self.a.nodes[0], &self.b.nodes[0]);
+        let is_larger = a.volume(0).size() > b.volume(0).size();
+        let of_a = a.is_inner(0) && (is_larger || !b.is_inner(0));
+        Opened { one: 0, node: if of_a { a.child(0) } else { b.child(0) }, of_b: !of_a }
     }
 
     /// What is below a visit: `larger` has a bit for each child that is larger than the one volume. Of two volumes the larger is opened, never a
