@@ -277,7 +277,7 @@ impl Memory {
                 self.evidence_rest.after(kept.settled - 1);
             }
         }
-        if !self.was_free || !self.evidence_rest.is_over() || traverse::balls_apart_mm(a, b, a_from_b) > 0.0 {
+        if !self.was_free || !self.evidence_rest.is_over() || traverse::balls_are_apart(a, b, a_from_b) {
             return self.fresh((a, b), a_from_b, simd);
         }
         self.scratch.front.open(slack_mm);

@@ -290,6 +290,12 @@ fn a_broken_tree_is_found() {
         corrupt(&mut broken.nodes[1]);
         assert_eq!(broken.check_structure(), Err(TreeFault::Division { node: 1 }));
     }
+    assert_eq!(TreeFault::Division { node: 1 }.to_string(), "node 1: its children do not divide its triangles");
+    // Two leaves with the same triangles leave others out.
+    let mut broken = tree.clone();
+    let leaves: Vec<usize> = (1..tree.nodes.len()).filter(|&at| tree.nodes[at].inner == 0).collect();
+    broken.nodes[leaves[0]].first_triangle += 1;
+    assert_eq!(broken.check_structure(), Err(TreeFault::Faces));
     let mut broken = tree;
     broken.faces[3] = broken.faces[4];
     assert_eq!(broken.check_structure(), Err(TreeFault::Faces));

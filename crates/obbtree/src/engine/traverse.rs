@@ -66,7 +66,7 @@ pub(crate) fn traverse<V: WideVolume>(
     scratch: &mut Scratch,
     on_contact: &mut dyn FnMut((u32, u32)) -> ControlFlow<()>,
 ) {
-    scratch.tally = if balls_apart_mm(a, b, a_from_b) > 0.0 {
+    scratch.tally = if balls_are_apart(a, b, a_from_b) {
         Tally::BALLS
     } else {
         search::<V, false>((a, b), a_from_b, simd, scratch, on_contact, u32::MAX)
@@ -156,17 +156,15 @@ pub fn all<V: WideVolume>(
     contacts
 }
 
-/// How far the balls around the meshes are surely apart, mm, which settles most poses of a machine; negative where they may meet. The radii
-/// have been widened against rounding here ([`super::build`]).
+/// Whether the balls around the meshes are surely apart, which settles most poses of a machine. The radii have been widened against rounding
+/// ([`super::build`]).
 #[inline]
-pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
+pub(super) fn balls_are_apart<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> bool {
     let (centre_a, radius_a) = a.ball;
     let (centre_b, radius_b) = b.ball;
     let between = a_from_b * centre_b - centre_a;
     let reach = radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach + b.reach);
-    // The root is taken only where it is needed.
-    let squared = between.norm_squared();
-    if squared > reach * reach { squared.sqrt() - reach } else { -1.0 }
+    between.norm_squared() > reach * reach
 }
 
 /// One query; with `KEEPS` one that keeps what it leaves out.
