@@ -90,8 +90,9 @@ impl<'a, V: WideVolume> Posed<'a, V> {
     pub fn first(&self) -> Opened {
         let (a, b) = (&self.a.nodes[0], &self.b.nodes[0]);
         let is_larger = a.volume(0).size() > b.volume(0).size();
-        let of_a = a.is_inner(0) && (is_larger || !b.is_inner(0));
-        Opened { one: 0, node: if of_a { a.child(0) } else { b.child(0) }, of_b: !of_a }
+        let of_a = a.is_inner(0) & (is_larger | !b.is_inner(0));
+        // Which one it is cannot be foreseen: both are worked out, and one is taken without a jump.
+        Opened { one: 0, node: select_unpredictable(of_a, a.child(0), b.child(0)), of_b: !of_a }
     }
 
     /// What is below a visit: `larger` has a bit for each child that is larger than the one volume. Of two volumes the larger is opened, never a
