@@ -1,6 +1,6 @@
 """MeshLib (PyPI `meshlib`): one tree of boxes along the axes for each mesh, single precision; from Python, on one core.
 
-Times include the calls from Python: about two microseconds a query.
+Times include the calls from Python. A query about parts that are far apart takes 1.8 µs with them.
 """
 
 import os

@@ -14,7 +14,7 @@ use obbtree::engine::{Coherence, Memory, Simd, WideTree, WideVolume, distance};
 use std::cell::RefCell;
 
 thread_local! {
-    /// What the queries of a thread reuse, as those of [`obbtree::Collider`] do: a query alone allocates nothing either.
+    /// Memory that the queries of a thread reuse, as those of [`obbtree::Collider`] do, so that single queries allocate nothing.
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 

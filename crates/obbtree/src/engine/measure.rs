@@ -53,7 +53,7 @@ impl<D: DoubleLanes> Measured<D> {
 }
 
 impl Measured<[f64; DOUBLES]> {
-    /// Whether the triangles in a lane may be nearer than `least_mm`.
+    /// False where the triangles in a lane are surely farther apart than `least_mm`.
     pub fn may_be_nearer(&self, lane: usize, least_mm: f64) -> bool {
         let limit = self.pads[lane] + least_mm;
         let is_farther = self.squared[lane] > limit * limit;
@@ -72,7 +72,7 @@ impl Measured<[f64; DOUBLES]> {
 /// Lower bounds of the distances of triangles that do not touch, mm.
 #[inline(always)]
 pub(super) fn at_least_mm<D: DoubleLanes>(p: &Corners<D>, q: &Corners<D>) -> [f64; DOUBLES] {
-    let (mut bounds, pads) = (squared(p, q).stored(), (D::all(MEASURED_PAD) * reach(p, q)).stored());
+    let Measured { squared: mut bounds, pads } = Measured::of(p, q).stored();
     for (bound, pad) in bounds.iter_mut().zip(pads) {
         let distance = bound.sqrt() - pad;
         // What is not a number is no bound.

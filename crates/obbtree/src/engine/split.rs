@@ -42,7 +42,7 @@ type Columns = [[f32; 4]; 3];
 pub(super) struct Item {
     corners: [Corner; 4],
     pub patch: u32,
-    /// Whether the patch is of two triangles.
+    /// True for two triangles, false for one.
     pub is_pair: bool,
 }
 

@@ -188,7 +188,7 @@ struct Asker<'a> {
     reach_mm: f64,
     /// What poses of the pass have left behind.
     memory: Memory,
-    /// Of distances the memory alone: each query stands alone.
+    /// Memory of distance queries. The pair that was nearest is forgotten before each, so that it stands alone.
     proximity: Proximity,
     verdicts: Vec<bool>,
     /// Answers of the last pass.
