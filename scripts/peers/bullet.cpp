@@ -42,7 +42,7 @@ struct Body {
 struct Bullet {
   using Pose = btTransform;
 
-  static bool has(Mode mode) { return mode == Mode::first || mode == Mode::path; }
+  static bool has(Mode mode) { return mode == Mode::first || mode == Mode::path || mode == Mode::batch; }
 
   static Pose pose(const peers::Matrix& m) {
     const btMatrix3x3 rotation(m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]);

@@ -15,7 +15,7 @@ struct Cgal {
   using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
   using Pose = CGAL::Aff_transformation_3<Kernel>;
 
-  static bool has(Mode mode) { return mode == Mode::first || mode == Mode::path; }
+  static bool has(Mode mode) { return mode == Mode::first || mode == Mode::path || mode == Mode::batch; }
 
   static Pose pose(const peers::Matrix& m) {
     return Pose(m[0][0], m[0][1], m[0][2], m[0][3], m[1][0], m[1][1], m[1][2], m[1][3], m[2][0], m[2][1], m[2][2], m[2][3]);

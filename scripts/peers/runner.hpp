@@ -7,10 +7,12 @@
 //       static Pose pose(const peers::Matrix&);
 //       Engine(const peers::Mesh& a, const peers::Mesh& b);   // builds its structures over both meshes: timed
 //       void forget();                                        // drops what earlier poses left behind
-//       double answer(peers::Mode, const Pose&);              // first, path: 0 or 1; all: pairs of triangles; distance: mm
+//       double answer(peers::Mode, const Pose&);              // first, path: 0 or 1; all: pairs of triangles; distance: mm; never asked about batch
 //       double motion(const peers::Motion&);                  // time of first contact, infinite without; without this function, an engine with distances advances by them
 //       std::size_t bytes() const;                            // memory held, 0 when unknown
 //     };
+//
+// In mode batch each thread has an engine of its own and asks it `first`: none needs to be safe for several threads.
 #pragma once
 
 #include <algorithm>
@@ -32,9 +34,11 @@
 #include <type_traits>
 #include <vector>
 
+#include <omp.h>
+
 namespace peers {
 
-enum class Mode { first, path, all, distance, motion };
+enum class Mode { first, path, all, distance, batch, motion };
 
 // Vertices in mm, in the part's own frame.
 struct Mesh {
@@ -50,6 +54,7 @@ inline Mode mode_of(const std::string& name) {
   if (name == "path") return Mode::path;
   if (name == "all") return Mode::all;
   if (name == "distance") return Mode::distance;
+  if (name == "batch") return Mode::batch;
   if (name == "motion") return Mode::motion;
   throw std::runtime_error("unknown mode " + name);
 }
@@ -177,6 +182,9 @@ constexpr std::uint64_t shortest_ns = 100000;
 // A first pass longer than this, ns, is itself the measurement: what a cold start adds is lost in it.
 constexpr std::uint64_t long_ns = 20000000;
 
+// Poses that a thread takes at a time in mode batch.
+constexpr int batch_poses = 64;
+
 template <class Work> std::uint64_t time_ns(Work&& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
@@ -195,36 +203,37 @@ template <class Engine> class Runner {
       for (std::size_t i = 0; i < starts.size(); ++i) motions_.emplace_back(starts[i], ends[i]);
       for (const auto& v : b_.vertices) reach_mm_ = std::max(reach_mm_, std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
     }
+    engines_.resize(mode == Mode::batch ? omp_get_max_threads() : 1);
     answers_.resize(poses_.size());
     asked_.resize(poses_.size());
     ns_.resize(rounds * poses_.size());
     last_ns_.resize(poses_.size());
   }
 
+  // Builds the engines of all threads, and times the first.
   std::uint64_t build() {
-    engine_.reset();
-    return time_ns([&] { engine_.reset(new Engine(a_, b_)); });
+    for (auto& engine : engines_) engine.reset();
+    const auto built = [&](std::unique_ptr<Engine>& engine) { return time_ns([&] { engine.reset(new Engine(a_, b_)); }); };
+    const std::uint64_t ns = built(engines_[0]);
+    std::for_each(engines_.begin() + 1, engines_.end(), built);
+    return ns;
   }
 
-  std::uint64_t bytes() const { return engine_ ? engine_->bytes() : 0; }
+  std::uint64_t bytes() const { return engines_[0] ? engines_[0]->bytes() : 0; }
 
   std::uint64_t chunk(std::size_t begin, std::size_t end) {
     if (begin >= end || end > poses_.size()) throw std::runtime_error("no such chunk");
-    if (!engine_) build();
-    const std::uint64_t once = std::max<std::uint64_t>(one_by_one(begin, end), 1);
+    if (!engines_[0]) build();
+    const std::uint64_t once = std::max<std::uint64_t>(alone(begin, end), 1);
     if (once >= long_ns) {
       keep(begin, end);
       return once;
     }
-    const auto pass = [&] {
-      engine_->forget();
-      for (std::size_t i = begin; i < end; ++i) answers_[i] = answer(i);
-    };
     const std::uint64_t passes = once >= shortest_ns ? 1 : (shortest_ns + once - 1) / once;
     const std::uint64_t total = time_ns([&] {
-      for (std::uint64_t k = 0; k < passes; ++k) pass();
+      for (std::uint64_t k = 0; k < passes; ++k) pass(begin, end);
     });
-    one_by_one(begin, end);
+    alone(begin, end);
     keep(begin, end);
     return total / passes;
   }
@@ -241,13 +250,29 @@ template <class Engine> class Runner {
 
  private:
   double answer(std::size_t i) {
-    return mode_ == Mode::motion ? first_contact(*engine_, motions_[i], reach_mm_, 0) : engine_->answer(mode_, poses_[i]);
+    return mode_ == Mode::motion ? first_contact(*engines_[0], motions_[i], reach_mm_, 0) : engines_[0]->answer(mode_, poses_[i]);
   }
 
-  // Answers the poses, each timed alone; the sum of the times.
-  std::uint64_t one_by_one(std::size_t begin, std::size_t end) {
+  // Answers the poses, in mode batch on all threads.
+  void pass(std::size_t begin, std::size_t end) {
+    for (auto& engine : engines_) engine->forget();
+    if (mode_ != Mode::batch) {
+      for (std::size_t i = begin; i < end; ++i) answers_[i] = answer(i);
+      return;
+    }
+#pragma omp parallel for schedule(dynamic, batch_poses) num_threads(static_cast<int>(engines_.size()))
+    for (std::size_t i = begin; i < end; ++i) answers_[i] = engines_[omp_get_thread_num()]->answer(Mode::first, poses_[i]);
+  }
+
+  // Answers the poses, each timed alone, or in mode batch as its share of a pass; the sum of the times.
+  std::uint64_t alone(std::size_t begin, std::size_t end) {
+    if (mode_ == Mode::batch) {
+      const std::uint64_t ns = time_ns([&] { pass(begin, end); });
+      std::fill(last_ns_.begin() + begin, last_ns_.begin() + end, ns / (end - begin));
+      return ns;
+    }
     std::uint64_t sum = 0;
-    engine_->forget();
+    engines_[0]->forget();
     for (std::size_t i = begin; i < end; ++i) {
       last_ns_[i] = time_ns([&] { answers_[i] = answer(i); });
       sum += last_ns_[i];
@@ -268,7 +293,7 @@ template <class Engine> class Runner {
   std::vector<typename Engine::Pose> poses_;
   std::vector<Motion> motions_;  // in mode motion one for each pose
   double reach_mm_ = 0;          // of b from its origin
-  std::unique_ptr<Engine> engine_;
+  std::vector<std::unique_ptr<Engine>> engines_;  // in mode batch one for each thread
   std::vector<double> answers_;
   std::vector<std::size_t> asked_;
   std::vector<std::uint64_t> ns_, last_ns_;

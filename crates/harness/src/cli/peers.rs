@@ -3,7 +3,7 @@
 use super::options::{truth_cache, use_threads};
 use super::progress::Bar;
 use super::{CLEAR, FAILED, note, say, style};
-use crate::analysis::peers::summarise;
+use crate::analysis::peers::{Setting, summarise};
 use crate::measure::peers::drive::{self, Amounts, Comparison};
 use crate::measure::peers::engine::{self, Engine};
 use crate::measure::peers::posed::PosedMeshes;
@@ -14,7 +14,7 @@ use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
 use crate::record::{
-    FolderLock, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, read_rows_if_there, write_rows, write_text,
+    FolderLock, PeerRatioRow, PeerRow, PeerTimingRow, Stratum, merge_rows, read_rows_if_there, write_text,
 };
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
@@ -46,7 +46,7 @@ enum What {
         after_help = "Examples:\n  bvbench peers verify --out DIR --runner 'mine=path/to/runner'\n  bvbench peers verify --mode distance --tolerance-mm 1e-5 --out DIR --engines target/peers/engines.toml --engine fcl-obbrss\n  bvbench peers verify --mode path-0.01 --out DIR --variant ID+evidence"
     )]
     Verify(VerifyOptions),
-    /// Show the comparison in a folder again
+    /// Show the comparison in a folder again, of all scenes and modes whose raw rows are there
     Table(TableOptions),
     /// Answer as one of our variants, by the protocol on standard input and output
     Runner(RunnerOptions),
@@ -181,7 +181,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         What::Verify(options) => return verify_all(options, registry),
         What::Table(options) => {
             ensure_there(&options.out, &options.against, std::iter::empty())?;
-            show(&options.out, &options.against, options.seed)?;
+            show(&options.out, &options.against, options.seed, None)?;
         }
         What::Runner(options) => answer_as(options, registry)?,
     }
@@ -265,7 +265,7 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
     let bar = Bar::new(asked.quiet);
     let (rounds, processes) = (options.rounds, options.processes);
     let amounts = Amounts { mode: asked.mode, rounds, processes, seed: asked.seed };
-    let mut failed = false;
+    let (mut failed, mut due) = (false, BTreeSet::new());
     for pairs in asked.scenes(&plan, &cache, &bar) {
         let (scene, pairs) = pairs?;
         let found = drive::compare(&engines, scene, &pairs, amounts, &asked.out, &bar)?;
@@ -274,9 +274,10 @@ fn compare(options: &CompareOptions, registry: &Registry) -> Result<u8> {
             note(format!("SKIPPED: {skipped}"));
         }
         failed |= !found.skipped.is_empty();
-        keep(&asked.out, scene, found, asked.mode)?;
+        keep(&asked.out, scene, &found, asked.mode)?;
+        due.insert((scene.to_owned(), asked.mode.to_string()));
     }
-    show(&asked.out, &against, asked.seed)?;
+    show(&asked.out, &against, asked.seed, Some(due))?;
     Ok(if failed { FAILED } else { CLEAR })
 }
 
@@ -435,19 +436,12 @@ fn find<'a>(registry: &'a Registry, id: &str) -> Result<&'a Variant> {
 }
 
 /// Puts a scene's rows in the place of earlier ones of the same scene and mode.
-fn keep(folder: &Path, scene: &str, found: Comparison, mode: Mode) -> Result<()> {
+fn keep(folder: &Path, scene: &str, found: &Comparison, mode: Mode) -> Result<()> {
     let is_other = |row_scene: &str, row_mode: &str| row_scene != scene || row_mode != mode.to_string();
-    merge(folder, found.builds, |row| is_other(&row.scene, &row.mode))?;
-    merge(folder, found.timings, |row| is_other(&row.scene, &row.mode))?;
-    merge(folder, found.answers, |row| is_other(&row.scene, &row.mode))?;
+    merge_rows(folder, &found.builds, |row| is_other(&row.scene, &row.mode))?;
+    merge_rows(folder, &found.timings, |row| is_other(&row.scene, &row.mode))?;
+    merge_rows(folder, &found.answers, |row| is_other(&row.scene, &row.mode))?;
     Ok(())
-}
-
-fn merge<R: Row>(folder: &Path, new: Vec<R>, is_kept: impl Fn(&R) -> bool) -> Result<(), RecordError> {
-    let mut rows: Vec<R> = read_rows_if_there(folder)?;
-    rows.retain(is_kept);
-    rows.extend(new);
-    write_rows(folder, &rows)
 }
 
 fn answer_as(options: &RunnerOptions, registry: &Registry) -> Result<()> {
@@ -473,8 +467,9 @@ fn ensure_there(folder: &Path, against: &[String], others: impl Iterator<Item = 
     Ok(())
 }
 
-fn show(folder: &Path, against: &[String], seed: u64) -> Result<()> {
-    let (rows, ratios) = summarise(folder, against, seed)?;
+/// Derives the tables of the settings that are due, or of all with raw rows, and shows them.
+fn show(folder: &Path, against: &[String], seed: u64, due: Option<BTreeSet<Setting>>) -> Result<()> {
+    let (rows, ratios) = summarise(folder, against, seed, due)?;
     let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
     settings.sort_unstable();
     settings.dedup();
@@ -581,6 +576,7 @@ fn by_stratum(rows: &[&PeerRow], ratios: &[&PeerRatioRow]) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::write_rows;
 
     /// Of several names one is enough, of the record or of what is asked now.
     #[test]

@@ -11,13 +11,13 @@ use super::stats::{Interval, median, quantile};
 use super::totals::{Observation, Totals, clusters};
 use crate::record::peers::ALL_STRATA;
 use crate::record::{
-    PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, read_rows, write_rows,
+    PeerAnswerRow, PeerBuildRow, PeerRatioRow, PeerRow, PeerTimingRow, RecordError, Stratum, merge_rows, read_rows,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Scene, mode.
-type Setting = (String, String);
+pub type Setting = (String, String);
 
 /// Pair, chunk.
 type Chunk = (String, u32);
@@ -28,8 +28,8 @@ type Rounds = (Stratum, u32, Vec<f64>);
 /// An engine's chunks: stratum, poses, and median time of a pass, ns.
 type Chunks = BTreeMap<Chunk, (Stratum, u32, f64)>;
 
-/// Reads the raw rows of a folder and writes the derived tables beside them. In each setting, engines are compared with the first of
-/// `references` that took part. Intervals are drawn with `seed`.
+/// Reads the raw rows of a folder and writes the derived tables beside them; returns what is new in them. The settings that are `due`, or all that have raw
+/// rows, are derived anew, and compared with the first of `references` that took part. Rows of other settings stay. Intervals are drawn with `seed`.
 ///
 /// # Errors
 /// When a file cannot be read or written.
@@ -37,12 +37,19 @@ pub fn summarise(
     folder: &Path,
     references: &[String],
     seed: u64,
+    due: Option<BTreeSet<Setting>>,
 ) -> Result<(Vec<PeerRow>, Vec<PeerRatioRow>), RecordError> {
-    let (builds, timings, answers) = (read_rows(folder)?, read_rows(folder)?, read_rows(folder)?);
+    let (mut builds, mut timings, mut answers): (Vec<PeerBuildRow>, Vec<PeerTimingRow>, Vec<PeerAnswerRow>) =
+        (read_rows(folder)?, read_rows(folder)?, read_rows(folder)?);
+    let due = due.unwrap_or_else(|| engines(&timings).into_iter().map(|(setting, _)| setting).collect());
+    let is_due = |scene: &str, mode: &str| due.iter().any(|(s, m)| s == scene && m == mode);
+    builds.retain(|row| is_due(&row.scene, &row.mode));
+    timings.retain(|row| is_due(&row.scene, &row.mode));
+    answers.retain(|row| is_due(&row.scene, &row.mode));
     let rows = summary(&builds, &timings, &answers);
     let ratios = ratios(&timings, &answers, &rows, references, seed);
-    write_rows(folder, &rows)?;
-    write_rows(folder, &ratios)?;
+    merge_rows(folder, &rows, |row| !is_due(&row.scene, &row.mode))?;
+    merge_rows(folder, &ratios, |row| !is_due(&row.scene, &row.mode))?;
     Ok((rows, ratios))
 }
 

@@ -182,6 +182,17 @@ pub fn write_rows<R: Row>(folder: &Path, rows: &[R]) -> Result<(), RecordError> 
     remove_file(&folder.join(compressed(R::FILE)))
 }
 
+/// Writes rows together with those of the folder's file, if there is one, that `stays` keeps; those come first.
+///
+/// # Errors
+/// When the file cannot be read or written.
+pub fn merge_rows<R: Row + Clone>(folder: &Path, new: &[R], stays: impl Fn(&R) -> bool) -> Result<(), RecordError> {
+    let mut rows: Vec<R> = read_rows_if_there(folder)?;
+    rows.retain(stays);
+    rows.extend_from_slice(new);
+    write_rows(folder, &rows)
+}
+
 /// As [`write_rows`], compressed: equal rows make equal bytes.
 ///
 /// # Errors

@@ -26,8 +26,8 @@ pub use agreement::{AgreementRow, DisagreementRow, RoundRow};
 pub use audit::{AuditCellRow, AuditEffectRow, AuditShareRow};
 pub use cost::{CASE_COSTS, CostChunkRow, DEADLINES, REPAY};
 pub use file::{
-    Head, RecordError, for_each_row, has_rows, read_json, read_rows, read_rows_if_there, read_text, write_bytes,
-    write_json, write_lines, write_rows, write_rows_compressed, write_text,
+    Head, RecordError, for_each_row, has_rows, merge_rows, read_json, read_rows, read_rows_if_there, read_text,
+    write_bytes, write_json, write_lines, write_rows, write_rows_compressed, write_text,
 };
 pub use lock::FolderLock;
 pub use manifest::Manifest;
