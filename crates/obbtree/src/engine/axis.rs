@@ -49,8 +49,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// The axis of a face along which the boxes around the meshes are farthest apart, if one surely parts the meshes.
-    pub fn of<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> Option<Self> {
+    /// The axis of a face along which the boxes around the meshes are farthest apart, if one surely parts the meshes, and how far it does, mm.
+    pub fn of<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> Option<(Self, f64)> {
         let (around_a, around_b) = (a.around.as_ref()?, b.around.as_ref()?);
         let turned = a_from_b.rotation.to_rotation_matrix().into_inner() * around_b.axes;
         let way = a_from_b.rotation * around_b.centre + a_from_b.translation.vector - around_a.centre;
@@ -66,20 +66,19 @@ impl Axis {
         } else {
             (gaps_b[of_b], &turned, of_b, way_b[of_b], reach_a[of_b])
         };
-        if gap <= Pose::ball_slack(a_from_b, a.reach + b.reach) {
-            return None;
-        }
+        let apart_mm = gap - Pose::ball_slack(a_from_b, a.reach + b.reach);
         let along = axes.column(which) * way.signum();
-        Some(Self { along, end_mm: along.dot(&around_a.centre) + reach_mm, around_b: *around_b })
+        let axis = Self { along, end_mm: along.dot(&around_a.centre) + reach_mm, around_b: *around_b };
+        (apart_mm > 0.0).then_some((axis, apart_mm))
     }
 
-    /// Whether it surely parts the meshes at this pose.
+    /// How far the meshes are surely apart along it at this pose, mm; not above 0 where it does not part them.
     #[inline]
-    pub fn parts<V: WideVolume>(&self, a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> bool {
+    pub fn apart_mm<V: WideVolume>(&self, a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
         let along_in_b = a_from_b.rotation.inverse_transform_vector(&self.along);
         let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&self.around_b.centre);
         let begin_mm = centre - self.around_b.reach_mm(&along_in_b);
-        begin_mm - self.end_mm > Pose::ball_slack(a_from_b, a.reach + b.reach)
+        begin_mm - self.end_mm - Pose::ball_slack(a_from_b, a.reach + b.reach)
     }
 }
 
@@ -101,12 +100,12 @@ mod tests {
         for case in &cases.cases {
             let (a, b, pose) = (&trees[case.a], &trees[case.b], &case.a_from_b);
             // The axis of this pose, and that of another pose of the same meshes.
-            let of_this = Axis::of(a, b, pose);
+            let of_this = Axis::of(a, b, pose).map(|(axis, _)| axis);
             assert!(of_this.is_none() || !first(a, b, pose, Simd::in_use(), &mut Scratch::default()));
             for axis in
                 of_this.iter().chain(kept.iter().filter(|(pair, _)| *pair == (case.a, case.b)).map(|(_, axis)| axis))
             {
-                if axis.parts(a, b, pose) {
+                if axis.apart_mm(a, b, pose) > 0.0 {
                     parted += 1;
                     assert!(!first(a, b, pose, Simd::in_use(), &mut Scratch::default()));
                 }
@@ -121,9 +120,12 @@ mod tests {
         let tree = WideTree::<Oriented>::build(&meshes::cuboid(2.0, 2.0, 2.0));
         let at = |x: f64| Isometry::translation(x, 0.0, 0.0);
         let extent = 2.0 * Around::of(&tree).unwrap().reach_mm(&Vector::x());
-        let axis = Axis::of(&tree, &tree, &at(extent + 1.0)).expect("they are apart along x");
+        let (axis, apart_mm) = Axis::of(&tree, &tree, &at(extent + 1.0)).expect("they are apart along x");
+        assert!((apart_mm - 1.0).abs() < 1e-6 && (axis.apart_mm(&tree, &tree, &at(extent + 1.0)) - 1.0).abs() < 1e-6);
         assert!((axis.along - Vector::x()).norm() < 1e-6);
-        assert!(axis.parts(&tree, &tree, &at(extent + 1e-6)) && !axis.parts(&tree, &tree, &at(extent)));
+        assert!(
+            axis.apart_mm(&tree, &tree, &at(extent + 1e-6)) > 0.0 && axis.apart_mm(&tree, &tree, &at(extent)) <= 0.0
+        );
         assert!(Axis::of(&tree, &tree, &at(extent - 1e-6)).is_none());
     }
 }

@@ -246,7 +246,7 @@ mod tests {
     use super::super::ball::Ball;
     use super::super::oriented::Oriented;
     use super::super::pose::Pose;
-    use super::super::traverse::{Scratch, contact_keeping, first};
+    use super::super::traverse::{Scratch, first, search_on};
     use super::*;
     use crate::cases::{Cases, Draw};
     use crate::engine::geometry::{GridMesh, Point, Triangle, Vector};
@@ -413,13 +413,13 @@ mod tests {
                 for most_visits in [u32::MAX, 3] {
                     let mut scratch = Scratch::default();
                     scratch.front.open(slack_mm);
-                    let touching = contact_keeping((a, b), pose, most_visits, simd, &mut scratch);
+                    let touching = search_on((a, b), pose, most_visits, simd, &mut scratch);
                     assert_eq!(touching.is_some(), expected == 0.0, "{}", simd.name());
                     let is_kept = touching.is_none() && scratch.tally.visits <= most_visits;
                     assert!(!is_kept || scratch.front.is_open());
                     assert!(touching.is_none() || !scratch.front.is_open());
                     if scratch.front.is_open() {
-                        let apart_mm = scratch.front.soonest_mm();
+                        let apart_mm = scratch.front.room_mm();
                         assert!(apart_mm <= expected, "{apart_mm} {expected}");
                         tight += u32::from(apart_mm > 0.5 * expected);
                     }

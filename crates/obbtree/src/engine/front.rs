@@ -80,6 +80,11 @@ impl Front {
         self.needed_mm < self.soonest_mm
     }
 
+    /// How far points may still go, mm, before something has to be looked at again; what the slack of the pose takes away is not yet off.
+    pub const fn room_mm(&self) -> f64 {
+        (self.soonest_mm - self.gone_mm).next_down()
+    }
+
     /// How many visits and pairs of triangles there are.
     pub const fn len(&self) -> usize {
         self.visits.len() + self.pairs.len()
@@ -159,14 +164,6 @@ impl Front {
     pub fn carried_on(&mut self) {
         let of_visits = self.visits.iter().map(|visited| visited.until_mm);
         self.soonest_mm = of_visits.chain(self.pairs.iter().map(|apart| apart.until_mm)).fold(f64::INFINITY, f64::min);
-    }
-}
-
-#[cfg(test)]
-impl Front {
-    /// How far points of `b` may move until something has to be looked at again, mm.
-    pub const fn soonest_mm(&self) -> f64 {
-        self.soonest_mm
     }
 }
 

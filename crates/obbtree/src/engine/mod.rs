@@ -10,12 +10,13 @@
 //!
 //! Reading order: [`geometry`] (meshes and the exact triangle test), [`node`] (the layout), [`volume`] (the trait), [`turn`] and [`oriented`] (a box in
 //! 36 bytes), [`aligned`], [`ball`], [`patches`], [`split`] and [`build`], [`pose`], [`lanes`] (the three instruction sets), [`visit`], [`boxes`] and [`triangles`] (the
-//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure`, `slab` and [`distance`], `axis`, `front`, [`path`], [`plain`], [`validate`].
+//! tests on lanes), [`traverse`], [`proximity`], `buckets`, `measure`, `slab` and [`distance`], `axis`, `front`, `bubble`, [`path`], [`plain`], [`validate`].
 
 pub mod aligned;
 mod axis;
 pub mod ball;
 pub mod boxes;
+mod bubble;
 mod buckets;
 pub mod build;
 pub mod distance;

@@ -6,6 +6,9 @@
 //! `b` has moved as far as the least of these distances, the meshes are apart (the motion bound of F. Schwarzer, M. Saha, J.-C. Latombe 2005);
 //! after that only what is used up is looked at again.
 //!
+//! Around a pose that one of the three has settled, or the balls around the meshes, or a search of one node, there is a *bubble* of poses with the same
+//! verdict (`super::bubble`), at which nothing else is asked.
+//!
 //! What evidence costs. A search that keeps its front opens the nodes of a fresh one. The front settles a pose only where at most three quarters as many visits
 //! are due as a fresh search makes; where that leads to more than a fresh search makes, the search begins anew. Then, and where a front settles few
 //! poses, none is kept for a while, at last for all but one search in 128.
@@ -17,21 +20,24 @@
 //! at both ends of the sum alone.
 
 use super::axis::Axis;
+use super::bubble::Bubble;
 use super::lanes::Simd;
 use super::node::WideTree;
 use super::pose::Pose;
-use super::traverse::{self, Scratch};
-use super::triangles;
+use super::traverse::{self, Scratch, Tally};
 use super::volume::WideVolume;
+use crate::engine::geometry::crossing::crossing_mm;
 use crate::engine::geometry::grid::Placement;
-use crate::engine::geometry::{Isometry, Point, rigid};
+use crate::engine::geometry::{Isometry, Point, certified, rigid};
 use nalgebra::Vector4;
 use std::fmt;
 use std::str::FromStr;
 
 /// Poses that a front or an axis must settle to have paid.
 const PAYS: u32 = 8;
-/// Fewest nodes that some fresh query of the path has opened where a front is kept: below, there is next to nothing to spare.
+/// Poses that a bubble must settle to have paid: one costs less than two looks at what it is made from.
+const BUBBLE_PAYS: u32 = 2;
+/// Fewest nodes that some fresh query of the path has opened where a front is kept: of one node a bubble is all that is of use.
 const WORTH_VISITS: u32 = 2;
 /// Most nodes that a search opens while it keeps its front: one of them is 24 bytes.
 const MOST_VISITS: u32 = 1 << 16;
@@ -45,7 +51,7 @@ pub enum Coherence {
     /// Nothing: every query is fresh.
     #[default]
     None,
-    /// A direction along which the boxes around the meshes were apart.
+    /// A direction along which the boxes around the meshes were apart, or how far they were.
     Axis,
     /// That, and the pair of triangles that touched.
     Witness,
@@ -88,6 +94,11 @@ impl FromStr for Coherence {
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     scratch: Scratch,
+    /// Poses around the last one that was looked at, at which the verdict is the same.
+    bubble: Option<Bubble>,
+    /// Between bubbles of free poses, and of touching ones.
+    free_rest: Rest,
+    touching_rest: Rest,
     axis: Option<Kept<Axis>>,
     axis_rest: Rest,
     /// Whether one look at the roots was enough for the last fresh query.
@@ -139,9 +150,8 @@ impl Rest {
         false
     }
 
-    /// What a search found has settled as many poses: none if it found nothing.
-    fn after(&mut self, settled: u32) {
-        let paid = settled >= PAYS;
+    /// What a search found has paid, or has not, or it found nothing.
+    fn after(&mut self, paid: bool) {
         self.last = if paid { self.last / 2 } else { (2 * self.last + 1).min(LONGEST_REST) };
         self.wait = if paid { 0 } else { self.last };
     }
@@ -169,7 +179,7 @@ impl Place {
 impl Memory {
     /// Forgets all poses, before another path of the same meshes: no verdict rests on them. Which searches have paid is still known.
     pub fn forget(&mut self) {
-        (self.axis, self.witness, self.evidence, self.was_free) = (None, None, None, false);
+        (self.bubble, self.axis, self.witness, self.evidence, self.was_free) = (None, None, None, None, false);
     }
 
     /// Whether the meshes touch: [`traverse::first`], by a shorter way where `coherence` allows one.
@@ -181,36 +191,40 @@ impl Memory {
         simd: Simd,
         coherence: Coherence,
     ) -> bool {
+        let bubble = self.bubble.as_mut().filter(|_| coherence != Coherence::None);
+        if let Some(bubble) = bubble
+            && bubble.holds(a_from_b)
+        {
+            return bubble.touching;
+        }
+        self.look((a, b), a_from_b, simd, coherence)
+    }
+
+    /// The verdict at a pose outside the bubble.
+    fn look<V: WideVolume>(
+        &mut self,
+        pair: (&WideTree<V>, &WideTree<V>),
+        a_from_b: &Isometry,
+        simd: Simd,
+        coherence: Coherence,
+    ) -> bool {
         // What is kept of a pose is right for quaternions of length 1.
         let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
         let a_from_b = unit.as_ref().unwrap_or(a_from_b);
         if coherence == Coherence::None {
-            return traverse::first(a, b, a_from_b, simd, &mut self.scratch);
+            return traverse::first(pair.0, pair.1, a_from_b, simd, &mut self.scratch);
         }
-        if self.witness.is_some_and(|pair| triangles::touch(a, b, &Placement::new(a_from_b), pair)) {
+        let settled = self.burst();
+        if self.witness.is_some_and(|triangles| self.go_on_touching(pair, a_from_b, triangles)) {
             return true;
         }
         self.witness = None;
-        if let Some(axis) = &mut self.axis {
-            if axis.what.parts(a, b, a_from_b) {
-                axis.settled += 1;
-                return false;
-            }
-            self.axis_rest.after(axis.settled);
-            self.axis = None;
+        if self.is_parted(pair, a_from_b, settled) {
+            return false;
         }
-        // Before a fresh query, not after one: where there is an axis it costs less, and no pose pays for both.
-        if self.axis_is_likely && self.axis_rest.is_over() {
-            self.axis = Axis::of(a, b, a_from_b).map(Kept::new);
-            if self.axis.is_some() {
-                return false;
-            }
-            self.axis_rest.after(0);
-        }
-        let touching = if coherence == Coherence::Evidence {
-            self.by_evidence((a, b), a_from_b, simd)
-        } else {
-            self.fresh((a, b), a_from_b, simd)
+        let touching = match self.carry_on(pair, a_from_b, settled, simd) {
+            Some(touching) => touching,
+            None => self.afresh(pair, a_from_b, simd, coherence == Coherence::Evidence),
         };
         if coherence != Coherence::Axis {
             self.witness = touching;
@@ -219,14 +233,142 @@ impl Memory {
         !self.was_free
     }
 
-    fn fresh<V: WideVolume>(
+    /// The bubble is left; how many poses it has settled.
+    fn burst(&mut self) -> u32 {
+        let Some(bubble) = self.bubble.take() else { return 0 };
+        let rest = if bubble.touching { &mut self.touching_rest } else { &mut self.free_rest };
+        rest.after(bubble.settled >= BUBBLE_PAYS);
+        bubble.settled
+    }
+
+    /// Whether two triangles touch, by their places; if so, there may be a bubble.
+    fn go_on_touching<V: WideVolume>(
+        &mut self,
+        (a, b): (&WideTree<V>, &WideTree<V>),
+        a_from_b: &Isometry,
+        (i, j): (u32, u32),
+    ) -> bool {
+        let (of_a, of_b) = (a.triangle(i), Placement::new(a_from_b).triangle(&b.triangle(j)));
+        let touching = certified::touch(&of_a, &of_b);
+        if touching && self.touching_rest.is_over() {
+            let room_mm = crossing_mm(&of_a, &of_b) - Pose::ball_slack(a_from_b, a.reach + b.reach);
+            self.bubble = Bubble::around((a, b), a_from_b, room_mm, true);
+            if self.bubble.is_none() {
+                self.touching_rest.after(false);
+            }
+        }
+        touching
+    }
+
+    /// Whether the kept axis parts the meshes.
+    fn is_parted<V: WideVolume>(
+        &mut self,
+        (a, b): (&WideTree<V>, &WideTree<V>),
+        a_from_b: &Isometry,
+        settled: u32,
+    ) -> bool {
+        let Some(axis) = &mut self.axis else { return false };
+        axis.settled += settled;
+        let apart_mm = axis.what.apart_mm(a, b, a_from_b);
+        if apart_mm > 0.0 {
+            axis.settled += 1;
+            self.keep_bubble((a, b), a_from_b, apart_mm);
+            return true;
+        }
+        self.axis_rest.after(axis.settled >= PAYS);
+        self.axis = None;
+        false
+    }
+
+    /// Makes a bubble around a free pose, if they have paid.
+    fn keep_bubble<V: WideVolume>(&mut self, pair: (&WideTree<V>, &WideTree<V>), a_from_b: &Isometry, room_mm: f64) {
+        if self.free_rest.is_over() {
+            self.bubble = Bubble::around(pair, a_from_b, room_mm, false);
+        }
+    }
+
+    /// From the front of the last search on, if there is one and if that is worth while: the triangles that touch, if any.
+    fn carry_on<V: WideVolume>(
+        &mut self,
+        (a, b): (&WideTree<V>, &WideTree<V>),
+        a_from_b: &Isometry,
+        settled: u32,
+        simd: Simd,
+    ) -> Option<Option<(u32, u32)>> {
+        let mut kept = self.evidence.take()?;
+        let here = Place::new(b, a_from_b);
+        let front = &mut self.scratch.front;
+        front.step(here.moved_mm(&kept.what, b), Pose::ball_slack(a_from_b, a.reach + b.reach));
+        kept = Kept { what: here, settled: kept.settled + settled + 1 };
+        if !front.holds() {
+            if front.due() as u32 > self.fresh_visits - self.fresh_visits / 4 {
+                self.evidence_rest.after(kept.settled > PAYS);
+                return None;
+            }
+            let touching = traverse::search_on((a, b), a_from_b, self.fresh_visits, simd, &mut self.scratch);
+            let front = &mut self.scratch.front;
+            if !front.is_open() {
+                if touching.is_none() {
+                    self.evidence_rest.after(false);
+                }
+                return touching.map(Some);
+            }
+            front.carried_on();
+            // One that has grown has much in it that is no longer of use.
+            if front.len() > 2 * self.first_len {
+                return Some(None);
+            }
+        }
+        self.evidence = Some(kept);
+        let room_mm = self.scratch.front.room_mm();
+        self.keep_bubble((a, b), a_from_b, room_mm);
+        Some(None)
+    }
+
+    /// By a look at the balls, at the boxes of the roots, or by a search; what is apart gives a bubble, and a search leaves its front if it `may_keep`.
+    fn afresh<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
         a_from_b: &Isometry,
         simd: Simd,
+        may_keep: bool,
     ) -> Option<(u32, u32)> {
-        let touching = traverse::contact(a, b, a_from_b, simd, &mut self.scratch);
+        let apart_mm = traverse::balls_apart_mm(a, b, a_from_b);
+        if apart_mm > 0.0 {
+            self.scratch.tally = Tally::BALLS;
+            self.has_searched(true);
+            self.keep_bubble((a, b), a_from_b, apart_mm);
+            return None;
+        }
+        // Before a search, not after one: where there is an axis it costs less, and no pose pays for both.
+        if self.axis_is_likely && self.axis_rest.is_over() {
+            if let Some((axis, apart_mm)) = Axis::of(a, b, a_from_b) {
+                self.axis = Some(Kept::new(axis));
+                self.keep_bubble((a, b), a_from_b, apart_mm);
+                return None;
+            }
+            self.axis_rest.after(false);
+        }
+        let is_worth = self.dearest >= WORTH_VISITS;
+        let keeps =
+            self.was_free && if is_worth { may_keep && self.evidence_rest.is_over() } else { self.free_rest.is_over() };
+        if !keeps {
+            let touching = traverse::contact_of_near((a, b), a_from_b, simd, &mut self.scratch);
+            self.has_searched(touching.is_none());
+            return touching;
+        }
+        self.scratch.front.open(Pose::ball_slack(a_from_b, a.reach + b.reach));
+        let touching = traverse::search_on((a, b), a_from_b, MOST_VISITS, simd, &mut self.scratch);
         self.has_searched(touching.is_none());
+        let front = &self.scratch.front;
+        if front.is_open() {
+            let room_mm = front.room_mm();
+            if is_worth {
+                self.first_len = front.len();
+                self.evidence = Some(Kept::new(Place::new(b, a_from_b)));
+            }
+            self.bubble = Bubble::around((a, b), a_from_b, room_mm, false);
+        }
         touching
     }
 
@@ -238,56 +380,6 @@ impl Memory {
         if is_free {
             self.fresh_visits = visits;
         }
-    }
-
-    /// From the front of the last search on, if that is worth while; else afresh.
-    fn by_evidence<V: WideVolume>(
-        &mut self,
-        (a, b): (&WideTree<V>, &WideTree<V>),
-        a_from_b: &Isometry,
-        simd: Simd,
-    ) -> Option<(u32, u32)> {
-        if self.dearest < WORTH_VISITS {
-            return self.fresh((a, b), a_from_b, simd);
-        }
-        let here = Place::new(b, a_from_b);
-        let slack_mm = Pose::ball_slack(a_from_b, a.reach + b.reach);
-        if let Some(mut kept) = self.evidence.take() {
-            let front = &mut self.scratch.front;
-            front.step(here.moved_mm(&kept.what, b), slack_mm);
-            kept = Kept { what: here, settled: kept.settled + 1 };
-            if front.holds() {
-                self.evidence = Some(kept);
-                return None;
-            }
-            if front.due() as u32 <= self.fresh_visits - self.fresh_visits / 4 {
-                let touching = traverse::contact_keeping((a, b), a_from_b, self.fresh_visits, simd, &mut self.scratch);
-                let front = &mut self.scratch.front;
-                if front.is_open() {
-                    front.carried_on();
-                    // One that has grown has much in it that is no longer of use.
-                    self.evidence = (front.len() <= 2 * self.first_len).then_some(kept);
-                    return None;
-                }
-                if touching.is_some() {
-                    return touching;
-                }
-                self.evidence_rest.after(0);
-            } else {
-                self.evidence_rest.after(kept.settled - 1);
-            }
-        }
-        if !self.was_free || !self.evidence_rest.is_over() || traverse::balls_are_apart(a, b, a_from_b) {
-            return self.fresh((a, b), a_from_b, simd);
-        }
-        self.scratch.front.open(slack_mm);
-        let touching = traverse::contact_keeping((a, b), a_from_b, MOST_VISITS, simd, &mut self.scratch);
-        self.has_searched(touching.is_none());
-        if self.scratch.front.is_open() {
-            self.first_len = self.scratch.front.len();
-            self.evidence = Some(Kept::new(here));
-        }
-        touching
     }
 }
 
@@ -353,14 +445,14 @@ mod tests {
         for pose in 0..1000 {
             if rest.is_over() {
                 searches.push(pose);
-                rest.after(0);
+                rest.after(false);
             }
         }
         assert_eq!(searches[..8], [0, 2, 6, 14, 30, 62, 126, 254]);
         assert!(searches.windows(2).skip(7).all(|two| two[1] - two[0] == LONGEST_REST as usize + 1), "{searches:?}");
-        rest.after(PAYS);
+        rest.after(true);
         assert!(rest.is_over());
-        rest.after(PAYS - 1);
+        rest.after(false);
         assert!(!rest.is_over());
     }
 
@@ -395,9 +487,12 @@ mod tests {
         while memory.evidence.is_none() {
             assert!(!ask(&mut memory, 25.0));
         }
-        memory.evidence_rest.after(0);
+        memory.evidence_rest.after(false);
+        assert!(memory.bubble.is_some());
         memory.forget();
-        assert!(memory.axis.is_none() && memory.witness.is_none() && memory.evidence.is_none());
+        assert!(
+            memory.bubble.is_none() && memory.axis.is_none() && memory.witness.is_none() && memory.evidence.is_none()
+        );
         assert_eq!((memory.evidence_rest.wait, memory.dearest >= WORTH_VISITS), (1, true));
         assert!(ask(&mut memory, 12.0) && memory.witness.is_some());
         memory.forget();

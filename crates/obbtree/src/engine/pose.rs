@@ -2,7 +2,7 @@
 
 use super::lanes::{FOUR, Row, WideRow};
 use super::volume::U;
-use crate::engine::geometry::{Isometry, grid};
+use crate::engine::geometry::{Isometry, grid, rigid};
 
 /// Rounding in `f64` of a moved point or box, relative to the distances involved: 2⁻⁴⁴, five hundred times 2⁻⁵³; the
 /// products and sums of a motion and its inverse are fewer than a hundred.
@@ -110,6 +110,13 @@ impl Pose {
     pub fn ball_slack(a_from_b: &Isometry, reach: f64) -> f64 {
         let defect = (a_from_b.rotation.coords.norm_squared() - 1.0).abs();
         Self::slack(a_from_b.translation.vector.into(), reach, 4.0 * defect)
+    }
+
+    /// No less than [`Self::ball_slack`] of any pose with a quaternion of length 1 ([`rigid::is_unit`]) whose translation is no farther from that of this one, mm.
+    #[inline]
+    pub fn slack_within(a_from_b: &Isometry, reach: f64, room_mm: f64) -> f64 {
+        // Of three components the sum is at most √3 times the length.
+        Self::slack(a_from_b.translation.vector.into(), reach + 2.0 * room_mm, 4.0 * rigid::UNIT_TOLERANCE)
     }
 
     #[inline]

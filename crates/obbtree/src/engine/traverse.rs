@@ -12,7 +12,7 @@ use super::posed::{Opened, Posed};
 use super::triangles::{Batch, Sided};
 use super::visit::{self, Overlaps};
 use super::volume::WideVolume;
-use crate::engine::geometry::Isometry;
+use crate::engine::geometry::{Isometry, Vector};
 use std::hint::select_unpredictable;
 use std::ops::ControlFlow;
 
@@ -53,7 +53,7 @@ pub(super) struct Tally {
 
 impl Tally {
     /// The balls around the meshes have been asked.
-    const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0 };
+    pub const BALLS: Self = Self { counts: Counts { volume_tests: 1, triangle_tests: 0 }, visits: 0 };
 }
 
 /// Calls `on_contact` with every pair of triangles that touch, exactly, until it breaks. They are named by their places in the trees' orders.
@@ -89,9 +89,9 @@ fn search<V: WideVolume, const KEEPS: bool>(
     traversal.tally
 }
 
-/// [`contact`] where the balls around the meshes meet, from the front of the scratch on, which keeps what is left out. It is closed where the meshes
+/// [`contact_of_near`] from the front of the scratch on, which keeps what is left out. It is closed where the meshes
 /// touch, and where more nodes than `most_visits` were opened: a search that did not begin with an empty one ends there and knows nothing.
-pub(super) fn contact_keeping<V: WideVolume>(
+pub(super) fn search_on<V: WideVolume>(
     (a, b): (&WideTree<V>, &WideTree<V>),
     a_from_b: &Isometry,
     most_visits: u32,
@@ -107,6 +107,22 @@ pub(super) fn contact_keeping<V: WideVolume>(
     if found.is_some() {
         scratch.front.close();
     }
+    found
+}
+
+/// [`contact`] where the balls around the meshes meet.
+pub(super) fn contact_of_near<V: WideVolume>(
+    pair: (&WideTree<V>, &WideTree<V>),
+    a_from_b: &Isometry,
+    simd: Simd,
+    scratch: &mut Scratch,
+) -> Option<(u32, u32)> {
+    let mut found = None;
+    let mut on_contact = |pair| {
+        found = Some(pair);
+        ControlFlow::Break(())
+    };
+    scratch.tally = search::<V, false>(pair, a_from_b, simd, scratch, &mut on_contact, u32::MAX);
     found
 }
 
@@ -160,11 +176,22 @@ pub fn all<V: WideVolume>(
 /// ([`super::build`]).
 #[inline]
 pub(super) fn balls_are_apart<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> bool {
-    let (centre_a, radius_a) = a.ball;
-    let (centre_b, radius_b) = b.ball;
-    let between = a_from_b * centre_b - centre_a;
-    let reach = radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach + b.reach);
-    between.norm_squared() > reach * reach
+    let (way, reach) = way_and_reach(a, b, a_from_b);
+    way.norm_squared() > reach * reach
+}
+
+/// How far the balls are surely apart, mm; not above 0 where they may meet.
+#[inline]
+pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> f64 {
+    let (way, reach) = way_and_reach(a, b, a_from_b);
+    way.norm() - reach
+}
+
+/// The way from the centre of one ball to that of the other, and how far it is at most where they meet, mm.
+#[inline(always)]
+fn way_and_reach<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> (Vector, f64) {
+    let ((centre_a, radius_a), (centre_b, radius_b)) = (a.ball, b.ball);
+    (a_from_b * centre_b - centre_a, radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach + b.reach))
 }
 
 /// One query; with `KEEPS` one that keeps what it leaves out.

@@ -209,13 +209,3 @@ fn stored<D: DoubleLanes>(corners: &[[D; 3]; 3]) -> [[[f64; DOUBLES]; 3]; 3] {
 fn loaded<D: DoubleLanes>(from: &[[[f64; DOUBLES]; 3]; 3]) -> [[D; 3]; 3] {
     three!(corner => three!(k => D::load(&from[corner][k])))
 }
-
-/// Whether two triangles, by their places, touch; exactly.
-pub(super) fn touch<V: WideVolume>(
-    a: &WideTree<V>,
-    b: &WideTree<V>,
-    placement: &Placement,
-    (i, j): (u32, u32),
-) -> bool {
-    certified::touch(&a.triangle(i), &placement.triangle(&b.triangle(j)))
-}

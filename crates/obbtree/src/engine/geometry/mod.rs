@@ -2,10 +2,11 @@
 //!
 //! Reading order: [`triangle`], [`mesh`], [`rigid`], [`grid`], [`weld`], [`surface`], [`covariance`], the triangle tests ([`certified`] is the one that
 //! all methods share, [`exact`] decides where it cannot, [`exact_integer`] checks both, [`cross_check`] compares them), [`triangle_distance`],
-//! `witness`.
+//! `crossing`, `witness`.
 
 pub mod certified;
 pub mod covariance;
+pub(crate) mod crossing;
 #[cfg(any(test, feature = "cases"))]
 pub mod cross_check;
 pub mod eigen;
