@@ -118,18 +118,19 @@ impl Runner<'_> {
         };
         let motions = if self.mode == Mode::Motion { &self.motions[chunk.clone()] } else { &[] };
         let poses = Asked { poses: &self.poses[chunk.clone()], motions };
-        let mut times = asker.alone(poses);
-        let once: u64 = times.iter().sum();
-        let ns = if once >= LONG_CHUNK_NS {
-            once
-        } else {
+        let mode = self.mode;
+        let mut measure = || {
+            let times = asker.alone(poses);
+            let once: u64 = times.iter().sum();
+            if once >= LONG_CHUNK_NS {
+                return (once, times);
+            }
             let passes = timer::passes_for(once);
             let (total, ()) = timer::time(|| (0..passes).for_each(|_| asker.pass(poses)));
-            if self.mode != Mode::Batch {
-                times = asker.one_by_one(poses);
-            }
-            total / u64::from(passes)
+            (total / u64::from(passes), if mode == Mode::Batch { times } else { asker.one_by_one(poses) })
         };
+        // A batch is answered by the threads of the pool, of which the one that measures is one: whoever waits outside is woken late.
+        let (ns, times) = if mode == Mode::Batch { rayon::scope(|_| measure()) } else { measure() };
         self.answers[chunk.clone()].copy_from_slice(&asker.answers);
         for (index, ns) in chunk.zip(times) {
             if self.asked[index] < self.rounds {
@@ -226,15 +227,15 @@ impl Asker<'_> {
         match self.mode {
             Mode::Batch => {
                 let (a, b) = (self.a, self.b);
-                let verdicts: Vec<Vec<bool>> = poses
-                    .par_chunks(BATCH_POSES)
-                    .map(|poses| {
-                        let mut verdicts = Vec::with_capacity(poses.len());
-                        a.first(b, poses, &mut verdicts);
-                        verdicts
-                    })
-                    .collect();
-                self.answers.extend(verdicts.into_iter().flatten().map(|touching| f64::from(u8::from(touching))));
+                let answer = |(poses, answers): (&[Isometry], &mut [f64])| {
+                    let mut verdicts = Vec::with_capacity(poses.len());
+                    a.first(b, poses, &mut verdicts);
+                    for (answer, touching) in answers.iter_mut().zip(verdicts) {
+                        *answer = f64::from(u8::from(touching));
+                    }
+                };
+                self.answers.resize(poses.len(), 0.0);
+                poses.par_chunks(BATCH_POSES).zip(self.answers.par_chunks_mut(BATCH_POSES)).for_each(answer);
             }
             Mode::First | Mode::Path(_) => {
                 let before = self.verdicts.len();
