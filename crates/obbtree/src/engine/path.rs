@@ -191,13 +191,19 @@ impl Memory {
         simd: Simd,
         coherence: Coherence,
     ) -> bool {
-        let bubble = self.bubble.as_mut().filter(|_| coherence != Coherence::None);
-        if let Some(bubble) = bubble
+        if coherence != Coherence::None
+            && let Some(bubble) = &mut self.bubble
             && bubble.holds(a_from_b)
         {
             return bubble.touching;
         }
-        self.look((a, b), a_from_b, simd, coherence)
+        // What is kept of a pose is right for quaternions of length 1.
+        let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
+        let a_from_b = unit.as_ref().unwrap_or(a_from_b);
+        match coherence {
+            Coherence::None => traverse::first(a, b, a_from_b, simd, &mut self.scratch),
+            _ => self.look((a, b), a_from_b, simd, coherence),
+        }
     }
 
     /// The verdict at a pose outside the bubble.
@@ -208,12 +214,6 @@ impl Memory {
         simd: Simd,
         coherence: Coherence,
     ) -> bool {
-        // What is kept of a pose is right for quaternions of length 1.
-        let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
-        let a_from_b = unit.as_ref().unwrap_or(a_from_b);
-        if coherence == Coherence::None {
-            return traverse::first(pair.0, pair.1, a_from_b, simd, &mut self.scratch);
-        }
         let settled = self.burst();
         if self.witness.is_some_and(|triangles| self.go_on_touching(pair, a_from_b, triangles)) {
             return true;
