@@ -101,6 +101,14 @@ mod tests {
             assert_eq!(bubble.holds(&turned), is_in, "{share}");
         }
         assert_eq!(bubble.settled, 4);
+        // Room that is hardly more than the slack, which is 1.3e-8 mm and what rounding may be.
+        let (pose, room_mm) = (Isometry::translation(40.0, 1.0, 0.0), 3e-8);
+        let left_mm = room_mm - Pose::slack_within(&pose, a.reach + b.reach, room_mm);
+        assert!((1e-8..1.8e-8).contains(&left_mm), "{left_mm}");
+        let mut small = around(room_mm).unwrap();
+        for (share, is_in) in [(0.99, true), (1.01, false)] {
+            assert_eq!(small.holds(&Isometry::translation(40.0, 1.0, share * least * left_mm)), is_in, "{share}");
+        }
         // The other quaternion of the same rotation is far, one of another length is no rotation, and NaN is nowhere.
         let same = Isometry::translation(40.0, 1.0, 0.0);
         let by = |quaternion| Isometry::from_parts(same.translation, UnitQuaternion::new_unchecked(quaternion));

@@ -140,6 +140,22 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_slack_of_poses_in_a_room_is_that_of_the_farthest_or_a_little_more() {
+        let pose = Isometry::translation(3.0, -4.0, 5.0);
+        for room_mm in [1.0, 1e3, 1e6] {
+            let way = room_mm / f64::sqrt(3.0);
+            // Of a quaternion as long as may be.
+            let quaternion = nalgebra::Quaternion::identity() * (1.0 + 0.49 * rigid::UNIT_TOLERANCE);
+            let longest = UnitQuaternion::new_unchecked(quaternion);
+            let farthest = Isometry::from_parts([3.0 + way, -4.0 - way, 5.0 + way].into(), longest);
+            assert!(rigid::is_unit(&farthest));
+            let farthest = Pose::ball_slack(&farthest, 20.0);
+            let found = Pose::slack_within(&pose, 20.0, room_mm);
+            assert!(found >= farthest && found < 1.4 * farthest, "{room_mm}: {found} {farthest}");
+        }
+    }
     use crate::engine::geometry::Vector;
     use nalgebra::UnitQuaternion;
 

@@ -88,6 +88,26 @@ mod tests {
         assert_eq!(crossing_mm(&flat, &flat), 0.0);
     }
 
+    /// Ranges of 6 + 2, 5 and 7 mm.
+    #[test]
+    fn the_extent_is_the_sum_of_the_ranges() {
+        let (a, b) =
+            ([[1.0, 2.0, 3.0], [-2.0, 2.0, 3.0], [1.0, 7.0, 3.0]], [[6.0, 4.0, 0.0], [0.0, 4.0, 7.0], [0.0, 4.0, 3.0]]);
+        assert_eq!(extent_mm(&triangle(a), &triangle(b)), 8.0 + 5.0 + 7.0);
+    }
+
+    /// An edge that goes through a triangle so near to its side that rounding might have put it there gives no room.
+    #[test]
+    fn what_rounding_could_make_gives_no_room() {
+        let flat = triangle([[0.0, 0.0, 0.0], [64.0, 0.0, 0.0], [0.0, 64.0, 0.0]]);
+        let at = |y: f64| crossing_mm(&flat, &triangle([[9.0, y, -32.0], [9.0, y, 32.0], [9.0, -64.0, 32.0]]));
+        // Half of the pad over the length of the side and of the edge, and twice as much.
+        let extent = 64.0 + 128.0 + 64.0;
+        let pad = PAD * extent * extent * extent / (64.0 * 64.0);
+        assert_eq!((at(0.0), at(0.5 * pad)), (0.0, 0.0));
+        assert!(at(2.0 * pad) > 0.9 * pad && at(2.0 * pad) < 1.1 * pad, "{} {pad}", at(2.0 * pad));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(4096))]
 
