@@ -37,6 +37,7 @@ pub struct AlignedPose {
 }
 
 impl AlignedPose {
+    #[inline]
     pub(crate) fn new(a_from_b: &Isometry) -> Self {
         let rotation = rigid::rotation(a_from_b);
         Self { rotation, widened: widened_abs(&rotation), translation: a_from_b.translation.vector }
@@ -65,6 +66,7 @@ impl<T> AlignedBox<T> {
 impl<T: BoxTest> Shape for AlignedBox<T> {
     type Pose = AlignedPose;
 
+    #[inline]
     fn pose(a_from_b: &Isometry) -> AlignedPose {
         AlignedPose::new(a_from_b)
     }

@@ -118,6 +118,7 @@ impl<D: Directions<K>, const K: usize> Dop<D, K> {
 impl<D: Directions<K>, const K: usize> Shape for Dop<D, K> {
     type Pose = DopPose<K>;
 
+    #[inline]
     fn pose(a_from_b: &Isometry) -> DopPose<K> {
         let rotation = rigid::rotation(a_from_b);
         let translation = a_from_b.translation.vector;

@@ -29,6 +29,7 @@ pub struct ObbPose {
 
 impl ObbPose {
     /// The constants of a relative pose.
+    #[inline]
     pub fn new(a_from_b: &Isometry) -> Self {
         let rotation = rigid::rotation(a_from_b);
         Self { rotation, translation: a_from_b.translation.vector }
@@ -38,6 +39,7 @@ impl ObbPose {
 impl Shape for Obb {
     type Pose = ObbPose;
 
+    #[inline]
     fn pose(a_from_b: &Isometry) -> ObbPose {
         ObbPose::new(a_from_b)
     }

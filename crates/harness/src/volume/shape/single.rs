@@ -52,6 +52,7 @@ impl<S: Storable> Clone for Single<S> {
 impl<S: Storable> Shape for Single<S> {
     type Pose = S::Pose;
 
+    #[inline]
     fn pose(a_from_b: &Isometry) -> Self::Pose {
         S::pose(a_from_b)
     }

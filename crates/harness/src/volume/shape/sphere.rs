@@ -32,6 +32,7 @@ impl Sphere {
 impl Shape for Sphere {
     type Pose = Isometry;
 
+    #[inline]
     fn pose(a_from_b: &Isometry) -> Isometry {
         rigid(a_from_b)
     }

@@ -57,6 +57,7 @@ pub struct Placement {
 
 impl Placement {
     /// The placement of mesh `b` in the frame of mesh `a`.
+    #[inline]
     #[must_use]
     pub fn new(a_from_b: &Isometry) -> Self {
         Self::of(rigid::rotation(a_from_b), a_from_b.translation.vector)

@@ -152,6 +152,7 @@ impl GridMesh {
     }
 
     /// The triangle of a face, given by its vertex indices, mm.
+    #[inline]
     #[must_use]
     pub fn triangle(&self, face: [u32; 3]) -> Triangle {
         Triangle { corners: face.map(|v| self.vertices[v as usize]) }

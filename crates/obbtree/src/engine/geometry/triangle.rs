@@ -18,6 +18,7 @@ impl Triangle {
     }
 
     /// The mean of the corners, mm.
+    #[inline]
     #[must_use]
     pub fn centroid(&self) -> Point {
         let [a, b, c] = &self.corners;
@@ -25,6 +26,7 @@ impl Triangle {
     }
 
     /// Cross product of two edges: a normal of the triangle with a length of twice its area, mm².
+    #[inline]
     #[must_use]
     pub fn double_area_normal(&self) -> Vector {
         let [a, b, c] = &self.corners;
@@ -32,6 +34,7 @@ impl Triangle {
     }
 
     /// Area, mm²; 0 for a degenerate triangle.
+    #[inline]
     #[must_use]
     pub fn area(&self) -> f64 {
         0.5 * self.double_area_normal().norm()
@@ -63,6 +66,7 @@ impl Triangle {
     }
 
     /// Smallest and largest coordinate of the corners on each axis, mm.
+    #[inline]
     #[must_use]
     pub fn bounds(&self) -> (Point, Point) {
         let [a, b, c] = &self.corners;
@@ -83,6 +87,7 @@ pub fn corners(triangles: &[Triangle]) -> impl Iterator<Item = &Point> + Clone {
 }
 
 /// Smallest and largest coordinate over all corners, mm; `None` without triangles.
+#[inline]
 #[must_use]
 pub fn bounds(triangles: &[Triangle]) -> Option<(Point, Point)> {
     triangles.iter().map(Triangle::bounds).reduce(|(low, high), (l, h)| (low.inf(&l), high.sup(&h)))
