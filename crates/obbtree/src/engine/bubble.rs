@@ -12,7 +12,7 @@ use super::volume::WideVolume;
 use crate::engine::geometry::{Isometry, Vector, rigid};
 use nalgebra::Vector4;
 
-/// What the square of a bubble's size is lowered by, relative, which covers the rounding of the way that is held against it.
+/// The square of a bubble's size is lowered by this share. That covers the rounding of the ways that are compared with it.
 const SIZE_PAD: f64 = 16.0 / 9_007_199_254_740_992.0;
 
 /// Poses at which the verdict is that of one pose.
@@ -31,8 +31,8 @@ pub(super) struct Bubble {
 }
 
 impl Bubble {
-    /// The bubble around a pose with that verdict, if points of `b` may go so far without a change, as leaves see them; what the slack of another pose takes
-    /// away is not yet off. The quaternion has length 1.
+    /// The bubble around a pose with a verdict that stays the same while points of `b` go less than `room_mm`. The slack of this pose is off already, that of
+    /// the others is taken off here; `None` where nothing is left. The quaternion has length 1.
     #[inline]
     pub fn around<V: WideVolume>(
         (a, b): (&WideTree<V>, &WideTree<V>),
@@ -48,7 +48,7 @@ impl Bubble {
         (room_mm > 0.0).then_some(bubble)
     }
 
-    /// Whether a pose is in it, which then is counted.
+    /// Whether a pose is in it. Counts those that are.
     #[inline(always)]
     pub fn holds(&mut self, a_from_b: &Isometry) -> bool {
         let way = a_from_b.translation.vector - self.translation;

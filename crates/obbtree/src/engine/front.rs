@@ -80,7 +80,7 @@ impl Front {
         self.needed_mm < self.soonest_mm
     }
 
-    /// How far points may still go, mm, before something has to be looked at again; what the slack of the pose takes away is not yet off.
+    /// How far points may still go, mm, before something has to be looked at again. The slack of the pose is to be taken off.
     pub const fn room_mm(&self) -> f64 {
         (self.soonest_mm - self.gone_mm).next_down()
     }

@@ -150,7 +150,7 @@ impl Rest {
         false
     }
 
-    /// What a search found has paid, or has not, or it found nothing.
+    /// After a search: whether what it found has paid. Nothing found has not.
     fn after(&mut self, paid: bool) {
         self.last = if paid { self.last / 2 } else { (2 * self.last + 1).min(LONGEST_REST) };
         self.wait = if paid { 0 } else { self.last };
@@ -233,7 +233,7 @@ impl Memory {
         !self.was_free
     }
 
-    /// The bubble is left; how many poses it has settled.
+    /// Takes the bubble away, and returns how many poses it has settled.
     fn burst(&mut self) -> u32 {
         let Some(bubble) = self.bubble.take() else { return 0 };
         let rest = if bubble.touching { &mut self.touching_rest } else { &mut self.free_rest };
@@ -241,7 +241,7 @@ impl Memory {
         bubble.settled
     }
 
-    /// Whether two triangles touch, by their places; if so, there may be a bubble.
+    /// Whether the two triangles that touched last still do. Makes a bubble where they cross.
     fn go_on_touching<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
@@ -260,7 +260,7 @@ impl Memory {
         touching
     }
 
-    /// Whether the kept axis parts the meshes.
+    /// Whether there is a kept axis and it parts the meshes. Makes a bubble if so.
     fn is_parted<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
@@ -280,14 +280,14 @@ impl Memory {
         false
     }
 
-    /// Makes a bubble around a free pose, if they have paid.
+    /// Makes a bubble around a free pose, unless such bubbles have not paid of late.
     fn keep_bubble<V: WideVolume>(&mut self, pair: (&WideTree<V>, &WideTree<V>), a_from_b: &Isometry, room_mm: f64) {
         if self.free_rest.is_over() {
             self.bubble = Bubble::around(pair, a_from_b, room_mm, false);
         }
     }
 
-    /// From the front of the last search on, if there is one and if that is worth while: the triangles that touch, if any.
+    /// Goes on from the front of the last search: the triangles that touch, if any. `None` without a front, and where it is better to begin anew.
     fn carry_on<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
@@ -325,7 +325,7 @@ impl Memory {
         Some(None)
     }
 
-    /// By a look at the balls, at the boxes of the roots, or by a search; what is apart gives a bubble, and a search leaves its front if it `may_keep`.
+    /// Asks the balls, the boxes of the roots, then searches. What is apart gives a bubble; a search keeps its front if it `may_keep`.
     fn afresh<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),

@@ -112,7 +112,8 @@ impl Pose {
         Self::slack(a_from_b.translation.vector.into(), reach, 4.0 * defect)
     }
 
-    /// No less than [`Self::ball_slack`] of any pose with a quaternion of length 1 ([`rigid::is_unit`]) whose translation is no farther from that of this one, mm.
+    /// An upper bound of [`Self::ball_slack`], mm, over all poses with a quaternion of length 1 ([`rigid::is_unit`]) whose translations are within `room_mm` of
+    /// this one's.
     #[inline]
     pub fn slack_within(a_from_b: &Isometry, reach: f64, room_mm: f64) -> f64 {
         // Of three components the sum is at most √3 times the length.

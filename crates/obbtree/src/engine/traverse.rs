@@ -98,12 +98,7 @@ pub(super) fn search_on<V: WideVolume>(
     simd: Simd,
     scratch: &mut Scratch,
 ) -> Option<(u32, u32)> {
-    let mut found = None;
-    let mut on_contact = |pair| {
-        found = Some(pair);
-        ControlFlow::Break(())
-    };
-    scratch.tally = search::<V, true>((a, b), a_from_b, simd, scratch, &mut on_contact, most_visits);
+    let found = first_found::<V, true>((a, b), a_from_b, most_visits, simd, scratch);
     if found.is_some() {
         scratch.front.close();
     }
@@ -117,12 +112,23 @@ pub(super) fn contact_of_near<V: WideVolume>(
     simd: Simd,
     scratch: &mut Scratch,
 ) -> Option<(u32, u32)> {
+    first_found::<V, false>(pair, a_from_b, u32::MAX, simd, scratch)
+}
+
+/// The contact that ends a search.
+fn first_found<V: WideVolume, const KEEPS: bool>(
+    pair: (&WideTree<V>, &WideTree<V>),
+    a_from_b: &Isometry,
+    most_visits: u32,
+    simd: Simd,
+    scratch: &mut Scratch,
+) -> Option<(u32, u32)> {
     let mut found = None;
-    let mut on_contact = |pair| {
-        found = Some(pair);
+    let mut on_contact = |triangles| {
+        found = Some(triangles);
         ControlFlow::Break(())
     };
-    scratch.tally = search::<V, false>(pair, a_from_b, simd, scratch, &mut on_contact, u32::MAX);
+    scratch.tally = search::<V, KEEPS>(pair, a_from_b, simd, scratch, &mut on_contact, most_visits);
     found
 }
 

@@ -1,4 +1,4 @@
-//! How far the points of two triangles may move before they can stop to touch.
+//! How far the points of two crossing triangles may move before these can part.
 //!
 //! An edge of one triangle that goes through the inside of the other, once, does so after any continuous motion during which no end of the edge meets the
 //! triangle and no point of the edge meets the triangle's border: the number of crossings modulo 2 is the same at its start and end (M. W. Hirsch,
@@ -8,15 +8,14 @@
 
 use super::{Triangle, Vector};
 
-/// How far points may go, mm, before the triangles can stop to touch: together, if both move. 0 where no edge surely goes through the other triangle.
+/// How far points may go, mm, before the triangles can part; if both move, their ways are added. 0 where no edge surely goes through the other triangle.
 #[must_use]
 pub fn crossing_mm(a: &Triangle, b: &Triangle) -> f64 {
     let extent = extent_mm(a, b);
     edge_through_mm(a, b, extent).max(edge_through_mm(b, a, extent))
 }
 
-/// Rounding of a product of three coordinate differences, or of two, relative to the third or second power of the largest difference: the products that
-/// are summed are at most so many.
+/// Error of a determinant of coordinate differences, relative to the third power of the largest; of a cross product, to the second power.
 const PAD: f64 = 32.0 / 9_007_199_254_740_992.0;
 
 /// No distance of two corners is larger, mm.
@@ -29,7 +28,7 @@ fn extent_mm(a: &Triangle, b: &Triangle) -> f64 {
     of(0) + of(1) + of(2)
 }
 
-/// The largest over the edges of a triangle of what the motion of points may be while the edge goes through the other triangle, mm.
+/// How far points may go, mm, while some edge of one triangle still goes through the other: the largest over its edges.
 fn edge_through_mm(edges: &Triangle, other: &Triangle, extent: f64) -> f64 {
     let (pad2, pad3) = (PAD * extent * extent, PAD * extent * extent * extent);
     // A lower bound of |product| / |normal|.
