@@ -66,7 +66,7 @@ impl Axis {
         } else {
             (gaps_b[of_b], &turned, of_b, way_b[of_b], reach_a[of_b])
         };
-        let apart_mm = gap - Pose::ball_slack(a_from_b, a.reach + b.reach);
+        let apart_mm = gap - Pose::ball_slack(a_from_b, a.reach_with(b));
         let along = axes.column(which) * way.signum();
         let axis = Self { along, end_mm: along.dot(&around_a.centre) + reach_mm, around_b: *around_b };
         (apart_mm > 0.0).then_some((axis, apart_mm))
@@ -78,7 +78,7 @@ impl Axis {
         let along_in_b = a_from_b.rotation.inverse_transform_vector(&self.along);
         let centre = self.along.dot(&a_from_b.translation.vector) + along_in_b.dot(&self.around_b.centre);
         let begin_mm = centre - self.around_b.reach_mm(&along_in_b);
-        begin_mm - self.end_mm - Pose::ball_slack(a_from_b, a.reach + b.reach)
+        begin_mm - self.end_mm - Pose::ball_slack(a_from_b, a.reach_with(b))
     }
 }
 
@@ -121,7 +121,11 @@ mod tests {
         let at = |x: f64| Isometry::translation(x, 0.0, 0.0);
         let extent = 2.0 * Around::of(&tree).unwrap().reach_mm(&Vector::x());
         let (axis, apart_mm) = Axis::of(&tree, &tree, &at(extent + 1.0)).expect("they are apart along x");
-        assert!((apart_mm - 1.0).abs() < 1e-6 && (axis.apart_mm(&tree, &tree, &at(extent + 1.0)) - 1.0).abs() < 1e-6);
+        // 1 mm, less 1.3e-8 mm.
+        let expected_mm = 1.0 - Pose::ball_slack(&at(extent + 1.0), tree.reach_with(&tree));
+        for apart_mm in [apart_mm, axis.apart_mm(&tree, &tree, &at(extent + 1.0))] {
+            assert!((apart_mm - expected_mm).abs() < 1e-12, "{apart_mm} {expected_mm}");
+        }
         assert!((axis.along - Vector::x()).norm() < 1e-6);
         assert!(
             axis.apart_mm(&tree, &tree, &at(extent + 1e-6)) > 0.0 && axis.apart_mm(&tree, &tree, &at(extent)) <= 0.0

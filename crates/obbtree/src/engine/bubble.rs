@@ -40,7 +40,7 @@ impl Bubble {
         room_mm: f64,
         touching: bool,
     ) -> Option<Self> {
-        let room_mm = (room_mm - Pose::slack_within(a_from_b, a.reach + b.reach, room_mm)).next_down();
+        let room_mm = (room_mm - Pose::slack_within(a_from_b, a.reach_with(b), room_mm)).next_down();
         let (translation, turn) = (a_from_b.translation.vector, a_from_b.rotation.coords);
         let reach_mm = 2.0 * b.reach;
         let size_mm2 = 0.5 * room_mm * room_mm * (1.0 - SIZE_PAD);
@@ -92,6 +92,11 @@ mod tests {
         // Straight on, up to the room over √2; a turn by θ counts for 2 · 2 sin(θ/4) of the reach.
         let mut bubble = around(1.0).unwrap();
         assert_eq!((bubble.touching, bubble.settled), (false, 0));
+        // Half the square of what is left, less 16·2⁻⁵³ of it.
+        let left_mm =
+            (1.0 - Pose::slack_within(&Isometry::translation(40.0, 1.0, 0.0), a.reach_with(&b), 1.0)).next_down();
+        let lowered = 1.0 - 2.0 * bubble.size_mm2 / (left_mm * left_mm);
+        assert!(lowered > 0.9 * SIZE_PAD && lowered < 1.1 * SIZE_PAD, "{lowered}");
         let least = std::f64::consts::FRAC_1_SQRT_2;
         for (share, is_in) in [(0.0, true), (1.0 - 1e-6, true), (1.0 + 1e-9, false)] {
             let along = Isometry::translation(40.0, 1.0, share * least);
@@ -103,7 +108,7 @@ mod tests {
         assert_eq!(bubble.settled, 4);
         // Room that is hardly more than the slack, which is 1.3e-8 mm and what rounding may be.
         let (pose, room_mm) = (Isometry::translation(40.0, 1.0, 0.0), 3e-8);
-        let left_mm = room_mm - Pose::slack_within(&pose, a.reach + b.reach, room_mm);
+        let left_mm = room_mm - Pose::slack_within(&pose, a.reach_with(&b), room_mm);
         assert!((1e-8..1.8e-8).contains(&left_mm), "{left_mm}");
         let mut small = around(room_mm).unwrap();
         for (share, is_in) in [(0.99, true), (1.01, false)] {
@@ -129,7 +134,7 @@ mod tests {
         let mut vector = |length: f64| Vector::from_fn(|_, _| random.random_range(-length..=length));
         for _ in 0..600 {
             let pose = Isometry::new(vector(14.0), vector(3.0));
-            let slack_mm = Pose::ball_slack(&pose, a.reach + b.reach);
+            let slack_mm = Pose::ball_slack(&pose, a.reach_with(&b));
             let found = contact(&a, &b, &pose, Simd::in_use(), &mut scratch);
             let room_mm = match found {
                 None => distance_mm(&a, &b, &pose, Simd::in_use(), f64::INFINITY, &mut Proximity::default()),

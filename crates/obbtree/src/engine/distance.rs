@@ -409,7 +409,7 @@ mod tests {
                 assert_eq!(found, expected, "{}", simd.name());
                 assert_eq!(distance_mm(a, b, pose, simd, f64::INFINITY, &mut warm), expected, "{}", simd.name());
                 assert_eq!(found == 0.0, first(a, b, pose, simd, &mut Scratch::default()));
-                let slack_mm = Pose::ball_slack(pose, a.reach + b.reach);
+                let slack_mm = Pose::ball_slack(pose, a.reach_with(b));
                 for most_visits in [u32::MAX, 3] {
                     let mut scratch = Scratch::default();
                     scratch.front.open(slack_mm);

@@ -134,6 +134,12 @@ impl<V: WideVolume> WideTree<V> {
         self.triangles.is_empty()
     }
 
+    /// The sum of both meshes' largest distances from their origins, mm.
+    #[inline(always)]
+    pub(super) const fn reach_with(&self, other: &Self) -> f64 {
+        self.reach + other.reach
+    }
+
     /// A triangle in tree order, mm.
     #[inline(always)]
     pub(crate) fn triangle(&self, place: u32) -> Triangle {

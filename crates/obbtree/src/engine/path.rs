@@ -251,7 +251,7 @@ impl Memory {
         let (of_a, of_b) = (a.triangle(i), Placement::new(a_from_b).triangle(&b.triangle(j)));
         let touching = certified::touch(&of_a, &of_b);
         if touching && self.touching_rest.is_over() {
-            let room_mm = crossing_mm(&of_a, &of_b) - Pose::ball_slack(a_from_b, a.reach + b.reach);
+            let room_mm = crossing_mm(&of_a, &of_b) - Pose::ball_slack(a_from_b, a.reach_with(b));
             self.bubble = Bubble::around((a, b), a_from_b, room_mm, true);
             if self.bubble.is_none() {
                 self.touching_rest.after(false);
@@ -298,7 +298,7 @@ impl Memory {
         let mut kept = self.evidence.take()?;
         let here = Place::new(b, a_from_b);
         let front = &mut self.scratch.front;
-        front.step(here.moved_mm(&kept.what, b), Pose::ball_slack(a_from_b, a.reach + b.reach));
+        front.step(here.moved_mm(&kept.what, b), Pose::ball_slack(a_from_b, a.reach_with(b)));
         kept = Kept { what: here, settled: kept.settled + settled + 1 };
         if !front.holds() {
             if front.due() as u32 > self.fresh_visits - self.fresh_visits / 4 {
@@ -357,7 +357,7 @@ impl Memory {
             self.has_searched(touching.is_none());
             return touching;
         }
-        self.scratch.front.open(Pose::ball_slack(a_from_b, a.reach + b.reach));
+        self.scratch.front.open(Pose::ball_slack(a_from_b, a.reach_with(b)));
         let touching = traverse::search_on((a, b), a_from_b, MOST_VISITS, simd, &mut self.scratch);
         self.has_searched(touching.is_none());
         let front = &self.scratch.front;
@@ -475,6 +475,27 @@ mod tests {
         assert!((400..3600).contains(&touching), "{touching}");
         assert!(searches < 500, "{searches} searches");
         assert!(tests < fresh_tests / 20, "{tests} volume tests, afresh {fresh_tests}");
+    }
+
+    /// A touching pose leaves the bubble of its two triangles: how far they may go, less the slack.
+    #[test]
+    fn a_bubble_of_a_touching_pose_is_that_of_its_triangles() {
+        let (a, b) = trees();
+        let mut memory = Memory::default();
+        let mut bubbles = 0;
+        for step in 0..400 {
+            let pose = Isometry::translation(12.0 - 0.01 * f64::from(step), 1.0, -3.0);
+            let had = memory.bubble.is_some();
+            memory.first(&a, &b, &pose, Simd::in_use(), Coherence::Witness);
+            if let (false, Some(bubble), Some((i, j))) = (had, memory.bubble, memory.witness) {
+                let crossing = crossing_mm(&a.triangle(i), &Placement::new(&pose).triangle(&b.triangle(j)));
+                let room_mm = crossing - Pose::ball_slack(&pose, a.reach_with(&b));
+                let expected = Bubble::around((&a, &b), &pose, room_mm, true).unwrap();
+                assert_eq!(format!("{bubble:?}"), format!("{expected:?}"));
+                bubbles += 1;
+            }
+        }
+        assert!(bubbles > 0);
     }
 
     #[test]

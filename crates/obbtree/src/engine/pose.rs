@@ -141,6 +141,38 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::geometry::Vector;
+    use nalgebra::UnitQuaternion;
+
+    /// 2⁻²⁷ · √3 mm of the grid, and 64 defects of 2⁻⁵⁰ and 2⁻⁴⁴, which are 2⁻⁴³, of 4 + 1 + 2 + 3 million mm.
+    #[test]
+    fn a_slack_is_that_of_the_grid_of_the_defect_and_of_rounding() {
+        let slack = Pose::slack([-1e6, 2e6, -3e6], 4e6, 0.5_f64.powi(50));
+        let expected = 3.0_f64.sqrt() * 0.5_f64.powi(27) + 1e7 * 0.5_f64.powi(43);
+        assert!((slack / expected - 1.0).abs() < 1e-12, "{slack} {expected}");
+    }
+
+    /// Squares of 1.21, 1.01 and 0.38 are 0.21, 0.01 and 0.62 from 1, the products 0.11, -0.28 and 0.22 from 0: 1.45.
+    #[test]
+    fn a_defect_is_the_sum_of_what_lengths_and_angles_lack() {
+        let found = defect([[1.1, 0.0, 0.0], [0.1, 1.0, 0.0], [0.2, -0.3, 0.5]]);
+        assert!((found - 1.45).abs() < 1e-12, "{found}");
+        assert_eq!(defect([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]]), 0.0);
+    }
+
+    #[test]
+    fn the_slack_in_single_precision_is_no_less() {
+        let mut least = f64::INFINITY;
+        for k in 0..1000 {
+            let x = f64::from(k) * 0.37;
+            let pose = Isometry::new([1e5 + x, -x, x * x].into(), [0.1 * x, 1.0, -0.3].into());
+            let columns = pose.rotation.to_rotation_matrix().into_inner().into();
+            let exact = Pose::slack(pose.translation.vector.into(), 1000.0 + x, defect(columns));
+            least = least.min(f64::from(Pose::new(&pose, 1000.0 + x).slack) / exact - 1.0);
+        }
+        // Between 2u and 6u more than it, u = 2⁻²⁴.
+        assert!(least > 2.0 * f64::from(U) && least < 6.0 * f64::from(U), "{least}");
+    }
 
     #[test]
     fn the_slack_of_poses_in_a_room_is_that_of_the_farthest_or_a_little_more() {
@@ -157,8 +189,6 @@ mod tests {
             assert!(found >= farthest && found < 1.4 * farthest, "{room_mm}: {found} {farthest}");
         }
     }
-    use crate::engine::geometry::Vector;
-    use nalgebra::UnitQuaternion;
 
     /// A quaternion of length 1 + e makes R a rotation times (1 + e)², so RᵀR - I is about 4e: with e = 1e-7 a point 1000 mm off is 2e · 1000 = 2e-4 mm
     /// too far, and brought back by Rᵀ 4e · 1000 = 4e-4 mm.

@@ -74,7 +74,7 @@ impl<'a, V: WideVolume> Posed<'a, V> {
         let unit = (!rigid::is_unit(a_from_b)).then(|| rigid::rigid(a_from_b));
         let a_from_b = unit.as_ref().unwrap_or(a_from_b);
         let rotation = a_from_b.rotation.to_rotation_matrix().into_inner();
-        let pose = Pose::of(a_from_b, rotation.into(), a.reach + b.reach);
+        let pose = Pose::of(a_from_b, rotation.into(), a.reach_with(b));
         Self { a, b, placement: Placement::of(rotation, a_from_b.translation.vector), pose }
     }
 

@@ -31,19 +31,10 @@ impl Slab {
         least: f64,
     ) -> Option<Self> {
         let Posed { a, b, placement, .. } = posed;
-        let [from, to] = witness::nearest(still, moved);
-        let across = (to - from).try_normalize(1e-100)?;
-        let height = |corner: &Point| {
-            let way: Vector = corner - from;
-            (across.dot(&way), PROJECTION * (way.x.abs() + way.y.abs() + way.z.abs()))
-        };
-        // Errors of the heights are counted; half of what the slab may be narrower is left for each plane.
-        let (near, far) = (0.5 * NARROWER * least, (1.0 - 0.5 * NARROWER) * least);
-        let is_before = |t: Triangle| t.corners.iter().map(height).all(|(height, error)| height + error <= near);
-        let is_beyond = |t: Triangle| t.corners.iter().map(height).all(|(height, error)| height - error >= far);
+        let planes = Planes::of(witness::nearest(still, moved), least)?;
         Some(Self {
-            of_a: Side::of(a, |place| is_before(a.triangle(place))),
-            of_b: Side::of(b, |place| is_beyond(placement.triangle(&b.triangle(place)))),
+            of_a: Side::of(a, |place| planes.are_above(&a.triangle(place))),
+            of_b: Side::of(b, |place| planes.are_below(&placement.triangle(&b.triangle(place)))),
         })
     }
 
@@ -58,6 +49,44 @@ impl Slab {
             }
         };
         self.of_a.holds(of_a) && self.of_b.holds(of_b)
+    }
+}
+
+/// The two planes of a slab, square to a direction.
+struct Planes {
+    /// Where heights are 0.
+    origin: Point,
+    up: Vector,
+    low_mm: f64,
+    high_mm: f64,
+}
+
+impl Planes {
+    /// Between two points that are `least` apart, mm. `None` where they are no distance apart.
+    fn of([from, to]: [Point; 2], least: f64) -> Option<Self> {
+        let up = (to - from).try_normalize(1e-100)?;
+        // Half of what the slab may be narrower is left for each plane.
+        let half = 0.5 * NARROWER * least;
+        Some(Self { origin: from, up, low_mm: half, high_mm: least - half })
+    }
+
+    /// Whether a triangle is surely below both.
+    fn are_above(&self, triangle: &Triangle) -> bool {
+        self.heights(triangle).iter().all(|[_, most]| *most <= self.low_mm)
+    }
+
+    /// Whether a triangle is surely above both.
+    fn are_below(&self, triangle: &Triangle) -> bool {
+        self.heights(triangle).iter().all(|[least, _]| *least >= self.high_mm)
+    }
+
+    /// Between which bounds the heights of the corners are, mm: the errors of the heights are counted.
+    fn heights(&self, triangle: &Triangle) -> [[f64; 2]; 3] {
+        triangle.corners.map(|corner| {
+            let way: Vector = corner - self.origin;
+            let (height, error) = (self.up.dot(&way), PROJECTION * (way.x.abs() + way.y.abs() + way.z.abs()));
+            [height - error, height + error]
+        })
     }
 }
 
@@ -86,5 +115,33 @@ impl Side {
             Contents::Node(node) => self.nodes[node as usize],
             Contents::Triangles(triangles) => triangles.places().all(|place| self.triangles[place as usize]),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slab of 1000 mm along x, narrower by 10⁻⁹ mm. Heights of corners (x, -2·10⁴, 3·10⁴) are wrong by 16·2⁻⁵³·5·10⁴ mm, nearly 10⁻¹⁰.
+    #[test]
+    fn what_is_on_a_side_is_so_with_the_error_of_its_height() {
+        let planes = Planes::of([Point::new(1.0, 0.0, 0.0), Point::new(1001.0, 0.0, 0.0)], 1000.0).unwrap();
+        let at = |x: f64| {
+            let corner = Point::new(1.0 + x, -2e4, 3e4);
+            Triangle::new(corner, corner, corner)
+        };
+        let [[least, most], ..] = planes.heights(&at(0.0));
+        assert!((least + 8.88e-11).abs() < 1e-13 && (most - 8.88e-11).abs() < 1e-13, "{least} {most}");
+        for (x, is_below, is_above) in [
+            (0.0, true, false),
+            (4.0e-10, true, false),
+            (4.3e-10, false, false),
+            (1000.0 - 4.3e-10, false, false),
+            (1000.0 - 3.5e-10, false, true),
+            (1000.0, false, true),
+        ] {
+            assert_eq!((planes.are_above(&at(x)), planes.are_below(&at(x))), (is_below, is_above), "{x}");
+        }
+        assert!(Planes::of([Point::origin(); 2], 0.0).is_none());
     }
 }

@@ -12,6 +12,20 @@ use crate::engine::geometry::grid::{Placement, STEP_MM};
 use crate::engine::geometry::{GridMesh, Isometry, Point, Triangle, Vector, exact};
 use proptest::prelude::*;
 
+/// Around a cube from 10 to 12 along each axis: √3 mm and 10⁻¹² of that and of the farthest corner's 12√3 mm, which are 10⁻¹² more as well.
+#[test]
+fn the_ball_and_the_reach_of_a_mesh_are_widened_by_their_rounding() {
+    let cube = meshes::cuboid(2.0, 2.0, 2.0);
+    let vertices = cube.vertices().iter().map(|vertex| vertex + Vector::repeat(11.0)).collect();
+    let tree = WideTree::<Oriented>::build(&GridMesh::new(vertices, cube.faces().to_vec()).unwrap());
+    let (root, (centre, radius)) = (3.0_f64.sqrt(), tree.ball);
+    assert_eq!(centre, Point::new(11.0, 11.0, 11.0));
+    assert!((radius - root - 13.0 * root * 1e-12).abs() < 1e-15, "{radius}");
+    assert!((tree.reach - 12.0 * root - 12.0 * root * 1e-12).abs() < 1e-14, "{}", tree.reach);
+    let other = WideTree::<Oriented>::build(&cube);
+    assert!((other.reach_with(&tree) - 13.0 * root).abs() < 1e-9);
+}
+
 #[test]
 fn an_instruction_set_is_found_by_its_name() {
     for simd in Simd::available() {

@@ -197,7 +197,7 @@ pub(super) fn balls_apart_mm<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_
 #[inline(always)]
 fn way_and_reach<V: WideVolume>(a: &WideTree<V>, b: &WideTree<V>, a_from_b: &Isometry) -> (Vector, f64) {
     let ((centre_a, radius_a), (centre_b, radius_b)) = (a.ball, b.ball);
-    (a_from_b * centre_b - centre_a, radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach + b.reach))
+    (a_from_b * centre_b - centre_a, radius_a + radius_b + Pose::ball_slack(a_from_b, a.reach_with(b)))
 }
 
 /// One query; with `KEEPS` one that keeps what it leaves out.

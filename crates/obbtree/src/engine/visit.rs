@@ -385,6 +385,27 @@ mod tests {
         }
     }
 
+    /// Cubes of 0.02 mm, 100 mm apart along x and one of them turned: of the distance of the centres the slack is 43u, the reach of both
+    /// 2·10⁻⁴, and what remains is lowered by 48u, whether edges are asked or not.
+    #[test]
+    fn bounds_are_lowered_by_the_slack_and_by_what_their_own_rounding_adds() {
+        let half = Vector::repeat(0.01);
+        let one: Oriented = around(Vector::zeros(), half, Vector::zeros(), [0.0; 3]);
+        let child: Oriented = around(Vector::x() * 0.3, half, Vector::x() * 100.0, [0.0; 3]);
+        let (node, holder) = (full(&child, [0.0; 3]), full(&one, [0.0; 3]));
+        let pose = Pose::new(&Isometry::identity(), 100.0);
+        let visit = Visit { node: &node, holder: &holder, place: 5, motion: &pose.a_from_b, slack: 0.0 };
+        let [near, far] = [&one, &child].map(|cube| cube.plain([0.0; 3]).as_box().unwrap());
+        let least = far.1.x - near.1.x - near.2.x - far.2.x;
+        for simd in Simd::available() {
+            for limit_mm in [0.0, f32::INFINITY] {
+                let found = simd.run(Below(&[visit], limit_mm))[0].least_mm[0];
+                let lowered = (least - f64::from(found)) / least / f64::from(U);
+                assert!((86.0..96.0).contains(&lowered), "{}: {lowered}", simd.name());
+            }
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 

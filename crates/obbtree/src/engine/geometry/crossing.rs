@@ -87,6 +87,18 @@ mod tests {
         assert_eq!(crossing_mm(&flat, &flat), 0.0);
     }
 
+    /// A triangle with sides of 1000 and an edge of 2000 mm, which extend over 4000 mm: determinants of 2·10⁶ less 2⁻⁴⁸·4000³ are divided by products of 2·10⁶
+    /// and 2⁻⁴⁸·4000² more.
+    #[test]
+    fn errors_of_products_are_taken_off() {
+        let flat = triangle([[0.0, 0.0, 0.0], [1000.0, 0.0, 0.0], [0.0, 1000.0, 0.0]]);
+        let edge = triangle([[1.0, 1.0, -1000.0], [1.0, 1.0, 1000.0], [1.0, 1.0, 1000.0]]);
+        let u = 0.5_f64.powi(48);
+        let expected = (2e6 - u * 4e3 * 4e3 * 4e3) / (2e6 + u * 4e3 * 4e3);
+        let found = crossing_mm(&flat, &edge);
+        assert!((found - expected).abs() < 3e-15 && found < 1.0 - 1e-10, "{found} {expected}");
+    }
+
     /// Ranges of 6 + 2, 5 and 7 mm.
     #[test]
     fn the_extent_is_the_sum_of_the_ranges() {
