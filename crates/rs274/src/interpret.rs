@@ -53,6 +53,8 @@ const NO_DIAMETER_CODE: &str =
 pub struct Program {
     /// Its moves.
     pub moves: Vec<Move>,
+    /// Whether it turns a spindle, be it between two moves, or to where M19 has it stand.
+    pub turns_spindle: bool,
     /// Its lines; line `n` of a move is `blocks[n - 1]`.
     pub blocks: Vec<String>,
     /// What its reader should know: codes that were skipped, numbers whose meaning is a guess.
@@ -85,12 +87,12 @@ pub fn interpret(source: &str, file: &Path, setup: &Setup) -> Result<Program, Gc
     if errors.is_empty() {
         let called_files = text.called_files().map(Path::to_owned).collect();
         let tools = interpreter.last_tools();
-        let Interpreter { moves, mut notes, first_zero, .. } = interpreter;
+        let Interpreter { moves, turns_spindle, mut notes, first_zero, .. } = interpreter;
         if setup.dialect_is_assumed {
             notes.splice(..0, foreign::note(&lines));
         }
         let kinematics = setup.kinematics.clone();
-        return Ok(Program { moves, blocks: lines, notes, called_files, tools, first_zero, kinematics });
+        return Ok(Program { moves, turns_spindle, blocks: lines, notes, called_files, tools, first_zero, kinematics });
     }
     let error = all_in_one(errors, &text);
     Err(foreign::recognise(&lines, file, setup.dialect, error))
@@ -139,6 +141,8 @@ pub(super) struct Interpreter<'a> {
     pub tools: BTreeMap<u32, Tool>,
     /// The offset of each tool that G43.1 or G43.2 has set, by its number.
     pub spindle_offsets: BTreeMap<u32, Values9>,
+    /// Whether a spindle has turned.
+    pub turns_spindle: bool,
     pub first_zero: Option<(u32, WorkOffset)>,
     pub tool: u32,
     pub selected_tool: u32,
@@ -242,6 +246,7 @@ impl<'a> Interpreter<'a> {
             position: from_canonical(&setup.start),
             tools: setup.tools.clone(),
             spindle_offsets: BTreeMap::new(),
+            turns_spindle: false,
             first_zero: None,
             tool: setup.tool,
             selected_tool: setup.tool,
@@ -437,6 +442,7 @@ impl<'a> Interpreter<'a> {
             }
         };
         self.obey_machine_codes(&values, true)?;
+        self.turns_spindle |= self.spindle_rpm() != 0.0;
         self.note_lengths(&values);
         if let Some(next) = behind_cycle {
             values.check_all_used()?;
@@ -792,6 +798,7 @@ impl<'a> Interpreter<'a> {
             return Ok(());
         }
         self.stop_spindle();
+        self.turns_spindle = true;
         values.take('r');
         if self.setup.dialect.is_fanuc_like() {
             // An angle.

@@ -372,7 +372,7 @@ impl Interpreter<'_> {
             Some(382 | 384) => "; at G38.2 and G38.4 that meet nothing the control stops",
             _ => "",
         };
-        self.note_unknown(format!("nothing stops a probe here: it goes to the end of its move. Contact of the tool's tip with the workpiece on that way, there and back, is not told, and what the program makes of #5061 to #5069 is not what the machine measures{ends}"));
+        self.note_unknown(format!("nothing stops a probe here: it goes to the end of its move. Contact of the tool's tip with the workpiece on that way, and straight back on it, is not told, and what the program makes of #5061 to #5069 is not what the machine measures{ends}"));
         Ok(())
     }
 

@@ -36,6 +36,7 @@ use crate::stock::{Finished, StockError, Surface};
 use crate::truth::Solid;
 use rayon::prelude::*;
 use rs274::{Axis, Move, MoveKind, Position};
+use scan::DIP_MM;
 use spun::Spun;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -603,7 +604,9 @@ impl Gouge {
         let surface = surfaces.entry(workpiece).or_insert_with(|| Surface::of(&scene.parts[workpiece].mesh));
         let finished = Finished::new(surface.clone(), &scene.parts[cutter].mesh);
         let body = crate::stock::Body::turning(&scene.parts[cutter].mesh, 0.0);
-        let is_thin = body.deepest_mm(allowed_mm) <= allowed_mm;
+        // Between two samples a gouge is found where it is that much deeper.
+        let findable_mm = allowed_mm + DIP_MM;
+        let is_thin = body.deepest_mm(findable_mm) <= findable_mm;
         let chain = stock::chain(scene, stock::mount(scene, cutter, &body), workpiece);
         Some(Self { finished, workpiece_first, allowed_mm, is_thin, chain })
     }

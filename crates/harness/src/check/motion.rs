@@ -157,9 +157,10 @@ impl<'a> Path<'a> {
     }
 }
 
-/// For each sample, whether a probe comes to it, or goes back to it on the line on which it came.
+/// For each sample, whether a probe comes to it, or goes back to it on the line on which it came. What goes forward again, or on from where the probe set out, is no
+/// way back.
 fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
-    // Where the probe set out, and where it is or was at last.
+    // Where the probe set out, and how far on its way it still is.
     let mut way: Option<[Position; 2]> = None;
     let mut from = run.start;
     let is_probing = |sample: &Sample| {
@@ -173,7 +174,7 @@ fn probing(run: &ProgramRun, samples: &[Sample]) -> Vec<bool> {
             return true;
         }
         let is_other_tool = matches!(step.kind, MoveKind::ToolChange { .. });
-        way = way.filter(|[first, last]| !is_other_tool && is_between(&to, first, last));
+        way = way.filter(|[first, last]| !is_other_tool && is_between(&to, first, last)).map(|[first, _]| [first, to]);
         way.is_some()
     };
     samples.iter().map(is_probing).collect()

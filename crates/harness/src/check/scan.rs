@@ -15,7 +15,7 @@ const HALVINGS: u32 = 40;
 /// How far a pair may come into a narrower zone and leave it again between two samples without being told, mm. Contact is looked
 /// for to the tolerance; nearness is a warning, and a pair that slides along just outside a zone would else be asked about at
 /// every hundredth of a millimetre. A gouge that is not this much deeper than allowed may be missed there, too.
-const DIP_MM: f64 = 0.05;
+pub(super) const DIP_MM: f64 = 0.05;
 
 /// How near a pair is: 0 in contact or one inside the other, then the borders from the narrowest, then free.
 pub(super) type Nearness = usize;

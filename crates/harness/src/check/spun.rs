@@ -82,7 +82,7 @@ impl Spun {
         let (is_turned, spindles, axes) = (vec![false; count], vec![None; count], vec![None; count]);
         let (as_drawn, unsure) = (Vec::new(), Vec::new());
         let mut spun = Self { scene: scene.clone(), is_turned, spindles, axes, as_drawn, unsure };
-        if run.program.moves.iter().all(|step| step.spindle_rpm == 0.0) {
+        if !run.program.turns_spindle {
             return spun;
         }
         let lathe = (path.first_plane() == Plane::Zx).then(|| WorkSpindles::of(scene, path));

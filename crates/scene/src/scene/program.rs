@@ -192,8 +192,8 @@ struct Followed {
     fraction: f64,
 }
 
-/// Most halvings of the way between two samples of a tip's path.
-const HALVINGS: u32 = 12;
+/// Most halvings of the way between two samples of a tip's path: of a turn of ten million degrees each is 0.6 degrees long.
+const HALVINGS: u32 = 24;
 
 /// Widest turn over which the way is asked at its quarters, radians: at those of whole turns the tip's lead is nowhere to be seen.
 const WIDEST_ASKED: f64 = std::f64::consts::FRAC_PI_6;
@@ -205,7 +205,7 @@ fn bend(
     axes: &impl Fn(&Position) -> Result<Position, TipFault>,
     chord_mm: f64,
     halvings: u32,
-    give: &mut impl FnMut(Followed),
+    give: &mut impl FnMut(Followed) -> Result<(), TipFault>,
 ) -> Result<(), TipFault> {
     let rotary = Axis::ALL.into_iter().filter(|axis| axis.is_rotary());
     let turn = rotary.map(|axis| (to.programmed[axis] - from.programmed[axis]).abs()).fold(0.0, f64::max);
@@ -228,7 +228,7 @@ fn bend(
     let programmed = between(&from.programmed, &to.programmed, 0.5);
     let middle = Followed { axes: axes(&programmed)?, programmed, fraction: 0.5 * (from.fraction + to.fraction) };
     bend([from, &middle], axes, chord_mm, halvings - 1, give)?;
-    give(middle);
+    give(middle)?;
     bend([&middle, to], axes, chord_mm, halvings - 1, give)
 }
 
@@ -273,23 +273,26 @@ impl ProgramRun {
                 before = None;
                 continue;
             };
+            let last = followed.last().map(|last| last.position);
             let control = self.tip.as_ref().ok_or_else(|| self.tip_fault(sample.line, TipCause::NoLinks))?;
             let axes = |programmed: &Position| {
                 let found = control.axes(machine, programmed, length);
                 found.map_err(|error| self.tip_fault(sample.line, TipCause::Machine(error)))
             };
+            let mut follow = |next: Sample| {
+                followed.push(next);
+                let is_too_many = || self.tip_fault(sample.line, TooManySamples { line: sample.line }.into());
+                if followed.len() > MAX_SAMPLES { Err(is_too_many()) } else { Ok(()) }
+            };
             let to = Followed { programmed: sample.position, axes: axes(&sample.position)?, fraction: sample.fraction };
-            if let (Some(before), Some(last)) = (before, followed.last()) {
+            if let (Some(before), Some(last)) = (before, last) {
                 let fraction = if before.move_index == sample.move_index { before.fraction } else { 0.0 };
-                let from = Followed { programmed: before.position, axes: last.position, fraction };
+                let from = Followed { programmed: before.position, axes: last, fraction };
                 bend([&from, &to], &axes, chord_mm, HALVINGS, &mut |between| {
-                    followed.push(Sample { position: between.axes, fraction: between.fraction, ..sample });
+                    follow(Sample { position: between.axes, fraction: between.fraction, ..sample })
                 })?;
             }
-            followed.push(Sample { position: to.axes, ..sample });
-            if followed.len() > MAX_SAMPLES {
-                return Err(self.tip_fault(sample.line, TooManySamples { line: sample.line }.into()));
-            }
+            follow(Sample { position: to.axes, ..sample })?;
             before = Some(sample);
         }
         Ok(followed)
@@ -392,6 +395,7 @@ pub(super) fn deferred(
         notes: Vec::new(),
         called_files: Vec::new(),
         tools: setup.tools.clone(),
+        turns_spindle: false,
         first_zero: None,
         kinematics: setup.kinematics.clone(),
     };
