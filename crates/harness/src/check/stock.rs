@@ -14,6 +14,7 @@ use crate::scene::{Pair, Part, Role, Scene, Turns};
 use crate::stock::motion::{Chain, Mount, Piece};
 use crate::stock::{Body, Contact, Depth, Step, Stock, StockError, Sweep, standard_resolution_mm};
 use rs274::{MoveKind, Plane, Position};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -714,8 +715,9 @@ struct Ledger<'a> {
     /// Where each other part touches the uncut workpiece; of cutters nothing is said.
     touching: &'a [Vec<Stretch>],
     met: Met,
-    /// Per part: how deep the stock can be in what is thin of it, mm.
-    thin: Vec<Option<f64>>,
+    resolution_mm: f64,
+    /// Per part: how deep the stock can be in what is thin of it, mm. Found when it may touch for the first time.
+    thin: Vec<OnceCell<Option<f64>>>,
     /// Per part: index of its last contact.
     last: Vec<Option<usize>>,
     /// Index of the touches of each pair, and the move of the last.
@@ -724,9 +726,8 @@ struct Ledger<'a> {
 
 impl<'a> Ledger<'a> {
     fn new(path: &'a Path<'a>, others: &'a [Other], touching: &'a [Vec<Stretch>], resolution_mm: f64) -> Self {
-        let (last, touch) = (vec![None; others.len()], BTreeMap::new());
-        let thin = others.iter().map(|other| other.thin_mm(resolution_mm)).collect();
-        Self { path, others, touching, met: Met::default(), thin, last, touch }
+        let (last, touch, thin) = (vec![None; others.len()], BTreeMap::new(), vec![OnceCell::new(); others.len()]);
+        Self { path, others, touching, met: Met::default(), resolution_mm, thin, last, touch }
     }
 
     /// Whether what is found on the way to place `at` says which contact is the first. Contact that is not certain may become so further on its line; that of two
@@ -750,7 +751,8 @@ impl<'a> Ledger<'a> {
             self.meet(other, [told.from, told.to]);
             // Within the resolution: the contact has no ends, and no depth that is certain.
             let is_touch = contact.to <= 0.0;
-            if is_touch && self.thin[other].is_some_and(|deepest| contact.depth.high > THIN_PART * deepest) {
+            let thin = || *self.thin[other].get_or_init(|| self.others[other].thin_mm(self.resolution_mm));
+            if is_touch && thin().is_some_and(|deepest| contact.depth.high > THIN_PART * deepest) {
                 self.contact(other, Kind::Unresolved, told, &Contact { to: 1.0, ..*contact });
             } else if is_touch {
                 self.touch(other, told, contact.depth.high);

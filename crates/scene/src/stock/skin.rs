@@ -1,8 +1,9 @@
 //! A mesh that does not turn: how far a point is from its surface, negative inside.
 
-use crate::geometry::{Mesh, Point, Triangle};
+use crate::geometry::{Mesh, Point, Triangle, Vector};
 use crate::truth::Solid;
 use crate::truth::boxes::{Bounds, BoxTree};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Part of a mesh's greatest depth to which it is found.
@@ -11,6 +12,13 @@ const DEPTH_PART: f64 = 0.02;
 const LEAST_PART: f64 = 1e-3;
 /// What rounding may do to the radius of a ball that touches a triangle, as a part of it.
 const TOUCHING_PART: f64 = 1e-6;
+
+/// How far below a place of the surface the search for the greatest depth near it may begin, as parts of the depth that is looked for.
+const BEGINNINGS: [f64; 4] = [1.0, 0.3, 0.03, 0.003];
+/// How far from a place of the surface that depth may be, as parts of itself. Corners of prisms with edges of 60 degrees do not stand out.
+const NEAR: f64 = 2.5;
+/// Steps of that search.
+const CLIMBS: usize = 48;
 
 /// A mesh in a tree of boxes.
 #[derive(Clone, Debug)]
@@ -95,6 +103,76 @@ impl Skin {
         deepest
     }
 
+    /// As [`Self::deepest_mm`]; where that is infinite, about that of the thinnest piece that stands out of the rest by more than 1.5 `out_mm`: a place of its surface is
+    /// farther than that from every ball inside with the radius `out_mm`.
+    pub fn thinnest_mm(&self, out_mm: f64) -> f64 {
+        let deepest = self.deepest_mm(out_mm);
+        if deepest.is_finite() {
+            return deepest;
+        }
+        let of_triangle = |triangle: &Triangle| {
+            let Some(normal) = triangle.double_area_normal().try_normalize(0.0) else { return f64::INFINITY };
+            let ([a, b, c], middle) = (triangle.corners, triangle.centroid());
+            let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q));
+            let places = [a, b, c].into_iter().chain(middles);
+            let near = |place: &Point, toward: &[Point]| self.depth_near_mm(place, &normal, toward, out_mm);
+            let of_middle = near(&middle, &[middle, a, b, c]);
+            places.map(|place| near(&place, &[middle])).fold(of_middle, f64::min)
+        };
+        self.tree.triangles.par_iter().map(of_triangle).reduce(|| f64::INFINITY, f64::min)
+    }
+
+    /// A depth, mm, that points have within [`NEAR`] times `enough_mm` of a place of a triangle with that normal, near the greatest one; infinite where it is `enough_mm`. It is
+    /// looked for below the place, from there toward other points of the triangle.
+    fn depth_near_mm(&self, place: &Point, normal: &Vector, toward: &[Point], enough_mm: f64) -> f64 {
+        let mut greatest = 0.0;
+        for way in toward.iter().map(|to| to - place) {
+            let aside = way.try_normalize(0.0).unwrap_or_default() * way.norm().min(1.5 * enough_mm);
+            // A mirrored mesh faces inwards.
+            for (part, inwards) in BEGINNINGS.into_iter().flat_map(|part| [(part, -normal), (part, *normal)]) {
+                let begin = place + (inwards * enough_mm + aside) * part;
+                if self.holds(&begin) {
+                    greatest = f64::max(greatest, self.climb(begin, place, enough_mm));
+                }
+                if greatest >= enough_mm * (1.0 - TOUCHING_PART) {
+                    return f64::INFINITY;
+                }
+            }
+        }
+        // What begins on the surface tells nothing, as in the plane of another face.
+        if greatest > TOUCHING_PART * enough_mm { greatest } else { f64::INFINITY }
+    }
+
+    /// The depth that is reached from a point inside by going away from the surface, within [`NEAR`] times `enough_mm` of a place; ends at `enough_mm`.
+    fn climb(&self, mut at: Point, place: &Point, enough_mm: f64) -> f64 {
+        let from_surface = |at: &Point| self.nearest(at, f64::INFINITY).map_or_else(Vector::zeros, |near| at - near);
+        let mut away = from_surface(&at);
+        let (mut ways, mut step) = (vec![away], 0.5 * enough_mm);
+        for _ in 0..CLIMBS {
+            if away.norm() >= enough_mm * (1.0 - TOUCHING_PART) {
+                break;
+            }
+            // Where several faces are as near, away from all of them.
+            let Some(along) = ways.iter().map(Vector::normalize).sum::<Vector>().try_normalize(1e-9) else { break };
+            let mut next = at + along * step;
+            let way = next - place;
+            if way.norm() > NEAR * enough_mm {
+                next = place + way * (NEAR * enough_mm / way.norm());
+            }
+            let next_away = from_surface(&next);
+            if next_away.norm() > away.norm() * (1.0 + 1e-9) && self.holds(&next) {
+                (at, away) = (next, next_away);
+                ways = vec![away];
+            } else if ways.len() < 4 && next_away.norm() > 0.0 && self.holds(&next) {
+                ways.push(next_away);
+            } else {
+                step *= 0.5;
+                ways.truncate(1);
+            }
+        }
+        away.norm()
+    }
+
     /// Whether a watertight mesh holds a point. That is exact, and takes longer than the distance.
     pub fn holds(&self, p: &Point) -> bool {
         self.tree.nodes[0].bounds.contains(p) && self.solid.holds(p)
@@ -102,7 +180,12 @@ impl Skin {
 
     /// Distance from the surface, mm; where it is more than `beyond_mm`, anything above that.
     pub fn distance_mm(&self, p: &Point, beyond_mm: f64) -> f64 {
-        let (mut least, beyond) = (f64::INFINITY, beyond_mm * beyond_mm);
+        self.nearest(p, beyond_mm).map_or(f64::INFINITY, |nearest| (nearest - p).norm())
+    }
+
+    /// The nearest point of the surface; `None` where it is farther than `beyond_mm`, or any.
+    fn nearest(&self, p: &Point, beyond_mm: f64) -> Option<Point> {
+        let (mut least, beyond, mut found) = (f64::INFINITY, beyond_mm * beyond_mm, None);
         let at = Bounds { low: *p, high: *p };
         let bounded = |node: u32| (self.tree.nodes[node as usize].bounds.gap_squared(&at), node);
         let mut stack = vec![bounded(0)];
@@ -112,7 +195,11 @@ impl Skin {
             }
             let Some(children) = self.tree.children(node) else {
                 for triangle in &self.tree.triangles[self.tree.range(node)] {
-                    least = least.min((nearest(triangle, p) - p).norm_squared());
+                    let nearest = nearest(triangle, p);
+                    let squared = (nearest - p).norm_squared();
+                    if squared < least {
+                        (least, found) = (squared, Some(nearest));
+                    }
                 }
                 continue;
             };
@@ -122,7 +209,7 @@ impl Skin {
             }
             stack.extend(children);
         }
-        least.sqrt()
+        found
     }
 }
 
@@ -190,6 +277,42 @@ mod tests {
         assert_eq!(deepest(&cube, 0.9), f64::INFINITY);
     }
 
+    #[test]
+    fn a_piece_is_thin_where_it_stands_out_of_the_rest() {
+        let thinnest = |text: &str, out_mm: f64| {
+            let shape: Shape = toml::from_str(text).unwrap();
+            Skin::new(&Arc::new(shape.mesh(&Tessellation::default()).unwrap())).thinnest_mm(out_mm)
+        };
+        let thick = [
+            "kind = \"rounded-box\"\nsize_mm = [4, 5, 20]",
+            "kind = \"rounded-box\"\nsize_mm = [4, 5, 20]\nfillet_mm = 1",
+            "kind = \"cylinder\"\nradius_mm = 5\nheight_mm = 20",
+            "kind = \"sphere\"\nradius_mm = 5",
+            // Edges of 90, 63 and 63 degrees.
+            "kind = \"extrude\"\nheight_mm = 20\noutline_mm = [[0, 0], [20, 0], [10, 20]]",
+        ];
+        for (text, out_mm) in thick.iter().flat_map(|text| [0.1, 0.5, 1.5].map(|out_mm| (text, out_mm))) {
+            assert_eq!(thinnest(text, out_mm), f64::INFINITY, "{text} {out_mm}");
+        }
+        let on_block = |piece: &str| {
+            let block = "{ shape = { kind = \"rounded-box\", size_mm = [60, 60, 40] } }";
+            format!("kind = \"compound\"\nparts = [{block}, {{ {piece} }}]")
+        };
+        for (piece, out_mm, expected) in [
+            // A wire of 0.4 mm and a sheet of 0.1 mm on a block, and how far they stand out of it.
+            ("shape = { kind = \"cylinder\", radius_mm = 0.2, height_mm = 60 }", 0.5, 0.2),
+            ("shape = { kind = \"rounded-box\", size_mm = [0.1, 40, 60] }", 0.3, 0.05),
+            ("shape = { kind = \"rounded-box\", size_mm = [0.1, 40, 40.8] }", 0.3, 0.05),
+            ("shape = { kind = \"rounded-box\", size_mm = [0.1, 40, 40.2] }", 0.3, f64::INFINITY),
+            ("shape = { kind = \"rounded-box\", size_mm = [0.1, 40, 60] }", 0.04, f64::INFINITY),
+        ] {
+            let found = thinnest(&on_block(piece), out_mm);
+            // The search may end where several faces are as near.
+            let is_near = (0.4 * expected..=1.05 * expected).contains(&found);
+            assert!(found == expected || is_near, "{piece} {out_mm}: {found}");
+        }
+    }
+
     proptest! {
         #[test]
         fn distances_are_those_of_all_triangles(which in 0..64usize, at in prop::array::uniform3(-1.5..1.5f64)) {
@@ -197,7 +320,7 @@ mod tests {
             let mesh = Arc::new(subjects[which % subjects.len()].mesh.clone());
             let skin = Skin::new(&mesh);
             let size = mesh.vertices().iter().map(|v| v.coords.amax()).fold(0.0, f64::max);
-            let p = Point::from(crate::geometry::Vector::from(at) * size);
+            let p = Point::from(Vector::from(at) * size);
             let exact = mesh.triangles().iter().map(|t| point_squared(&p, t)).fold(f64::INFINITY, f64::min).sqrt();
             let found = skin.signed_distance_mm(&p, f64::INFINITY);
             prop_assert!((found.abs() - exact).abs() <= 1e-6 * (1.0 + size), "{found} {exact}");

@@ -32,6 +32,26 @@ fn a_cutter_that_needs_a_stock_more_than_four_times_as_fine_leaves_it_as_it_is()
     assert_eq!(told.remaining[0].stock.resolution_mm(), 0.1);
 }
 
+/// A wire of 0.02 mm goes 6 mm down through a cube of 4 mm, over which the cutter has passed: alone, and on a block that stays above; and a wire that stays above, too.
+#[test]
+fn a_thin_piece_of_a_thick_part_is_told_when_it_may_be_in_the_stock() {
+    let cube = part("cube", "", "workpiece", [0.0; 3], &cuboid([4.0; 3]));
+    let cutter = part("cutter", "head", "cutter", [-100.0, 0.0, 5.0], &cylinder(5.0, 40.0));
+    for (pieces, expected) in [
+        (&[(cylinder(0.01, 40.0), 5.0)][..], vec![(4, "unresolved")]),
+        (&[(cylinder(0.01, 40.0), 5.0), (cuboid([60.0, 60.0, 40.0]), 60.0)], vec![(4, "unresolved")]),
+        (&[(cylinder(0.01, 30.0), 45.0), (cuboid([60.0, 60.0, 40.0]), 60.0)], vec![]),
+    ] {
+        let pieces =
+            pieces.iter().map(|(shape, z)| format!("{{ shape = {shape}, at = {{ xyz_mm = [0.31, 0.17, {z}] }} }}"));
+        let shape = format!("{{ kind = \"compound\", parts = [{}] }}", pieces.collect::<Vec<_>>().join(", "));
+        let head = part("spindle", "head", "machine", [0.0; 3], &shape);
+        let program = "M3 S1000\nG0 X100\nG0 X0\nG1 Z-9 F500\nG0 Z20\nM2";
+        let told = found(&[HEAD, &cube, &cutter, &head, NO_TIP].concat(), program);
+        assert_eq!((kinds(&told), told.touches.len()), (expected, 0), "{shape}");
+    }
+}
+
 #[test]
 fn what_is_open_is_not_free_beside_a_workpiece_that_is_cut() {
     let block = part("block", "", "workpiece", [0.0; 3], &cuboid([60.0, 20.0, 20.0]));
