@@ -87,6 +87,10 @@ fn engines_are_compared_and_those_that_fail_are_named() {
     }
     let arguments = "peers run --scene scene --out out --poses 64 --rounds 1 --quiet --variant obb-area --variant aabb \
                      --mode distance --against aabb";
+    let said = folder.done(&words("peers table --out out --against obb-area"));
+    assert!(said.contains("scene, mode first, ") && said.contains("times faster than obb-area"), "{said}");
+    let refused = folder.refused(&words("peers table --out out --against aabb"));
+    assert!(refused.contains("--against aabb: out has no raw rows, and its ratios are those to obb-area"), "{refused}");
     folder.done(&words(arguments));
     assert_eq!(derived.map(first), before);
     folder.done(&words("peers table --out out --against obb-area"));
@@ -150,7 +154,7 @@ fn bad_usage_is_refused() {
         ("peers run --scene scene --out out --rounds 0", "at least one round"),
         ("peers run --scene scene --out out --mode path --poses 64", "no workload `program`"),
         ("peers run --scene scene --out out --mode fast", "is not a mode"),
-        ("peers table --out nowhere --against obb-area", "peer-builds.csv"),
+        ("peers table --out nowhere --against obb-area", "peers.csv"),
     ] {
         let noted = folder.refused(&words(arguments));
         assert!(noted.contains(reason), "{arguments}: {noted}");

@@ -523,6 +523,32 @@ fn a_new_scene_loads_shows_its_extents_and_checks() {
 }
 
 #[test]
+fn what_is_no_mesh_no_program_or_no_file_is_named_as_the_user_named_it() {
+    let folder = folder();
+    folder.write("bad.stl", "solid cut off\nfacet normal 0 0 1\n");
+    folder.write("empty.ngc", "");
+    for (command, expected) in [
+        ("scene new shop --machine mill --part bad.stl:machine:X", "cannot read bad.stl: line "),
+        ("check mill mill/scene.toml", "mill/scene.toml: this is a file of settings, not a program"),
+        ("check mill part.ngc --sarif mill", "--sarif mill: this is a folder; name a file"),
+        ("scene export mill --out part.ngc", "--out part.ngc: this is a file; name a folder"),
+        ("repro --scene mill --profile smoke --out part.ngc", "--out part.ngc: this is a file; name a folder"),
+        ("check mill part.ngc --clearance -3", "-3"),
+        (
+            "check mill part.ngc --tool 1=diameter:10,flute:15,stickout:20 --step -1",
+            "--step is -1; it must be a finite number above 0",
+        ),
+        ("check mill part.ngc --step abc", "`abc` is not a number"),
+    ] {
+        let message = folder.refused(&words(command));
+        assert!(message.contains(expected) && !message.contains("unexpected argument"), "{command}: {message}");
+    }
+    let empty = folder.run(&words("program gcode empty.ngc"));
+    let told = String::from_utf8_lossy(&empty.stderr);
+    assert!(empty.status.success() && told.contains("empty.ngc: the program has no moves"), "{told}");
+}
+
+#[test]
 fn a_new_scene_is_made_again_with_another_unit() {
     let folder = folder();
     folder.done(&["scene", "export", "mill", "--out", "parts"]);

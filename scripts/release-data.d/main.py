@@ -158,6 +158,8 @@ def release(options):
     run = (options.run or options.home / "results/reference").resolve()
     top = f"bvbench-data-{run.name}"
     out = (options.out or options.home / "target" / f"{top}.tar.gz").resolve()
+    if out.is_dir():
+        raise Refused(f"--out {out}: a folder; the archive is one file")
     with tempfile.TemporaryDirectory() as scratch:
         files = gather(options.home, run, options.poses, Path(scratch))
         pack(files, top, out)

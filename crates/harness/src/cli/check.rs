@@ -9,7 +9,7 @@ mod sarif;
 mod stock;
 
 use super::gcode::{by_letter, shown};
-use super::options::ClearanceOptions;
+use super::options::{ClearanceOptions, number};
 use super::progress::Bar;
 use super::style::{self, Tone};
 use super::subject::{SET_UP_EXAMPLES, Subject, is_new_or_written, refuse_ending};
@@ -45,10 +45,10 @@ pub struct Options {
     #[command(flatten)]
     clearance: ClearanceOptions,
     /// Greatest travel between samples of the path, mm [default: the scene's]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = number, allow_negative_numbers = true)]
     step: Option<f64>,
     /// Travel to which beginnings and ends of contact are found, mm
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    #[arg(long, value_name = "MM", default_value_t = 0.01, value_parser = number, allow_negative_numbers = true)]
     tolerance: f64,
     /// Stop at the first collision; where it ends is then not looked for
     #[arg(long)]

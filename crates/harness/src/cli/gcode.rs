@@ -121,6 +121,9 @@ pub fn run(options: &Options) -> Result<u8> {
     let program = text(file, LARGEST_PROGRAM).with_context(|| format!("cannot read {}", file.display()))?;
     let program = rs274::interpret(&program, file, &setup)?;
     print_notes(&program.notes);
+    if program.moves.is_empty() {
+        note(format!("note: {}: the program has no moves", file.display()));
+    }
     if options.json {
         // One by one: as values, all moves of a long program would not fit the memory.
         say("[");

@@ -22,7 +22,7 @@ pub const DEFAULT_SEED: u64 = 2011;
 pub struct ClearanceOptions {
     /// Tell when parts come nearer than this, mm; 0 for not at all; repeatable. For some pairs alone: NAME=MM or NAME:NAME=MM, each NAME a part or a role (machine,
     /// workpiece, cutter, shank, holder, fixture); the closest description of a pair holds [default: the scene's, else 14, 8 and 2]
-    #[arg(long = "clearance", value_name = "[NAME[:NAME]=]MM")]
+    #[arg(long = "clearance", value_name = "[NAME[:NAME]=]MM", allow_negative_numbers = true)]
     clearances: Vec<Clearance>,
 }
 
@@ -245,13 +245,31 @@ impl Extent {
 /// # Errors
 /// When one of the folders cannot be used.
 pub fn open_run(plan: Plan, folder: &Path, cache: &Path, fresh: bool) -> Result<Run> {
+    ensure!(!folder.is_file(), "--out {}: this is a file; name a folder", folder.display());
     let run = Run::open(plan, folder, fresh)?;
     Ok(run.with_cache(truth_cache(cache)?))
 }
 
+/// A number on the command line.
+///
+/// # Errors
+/// When it is none.
+pub fn number(text: &str) -> Result<f64, String> {
+    text.trim().parse().map_err(|_| format!("`{text}` is not a number"))
+}
+
+/// Makes the folder that an option names, with those it lies in.
+///
+/// # Errors
+/// When it is a file, or cannot be made.
+pub fn make_folder(option: &str, folder: &Path) -> Result<()> {
+    ensure!(!folder.is_file(), "{option} {}: this is a file; name a folder", folder.display());
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
+}
+
 /// Opens the folder in which exact answers are kept.
 pub fn truth_cache(folder: &Path) -> Result<TruthCache> {
-    TruthCache::at(folder).context("exact answers cannot be kept; name another folder with --cache")
+    TruthCache::at(folder).context("exact answers cannot be kept; name another folder with --out or --cache")
 }
 
 /// Most threads per core of the machine, and most on machines of few cores: more only wait for one another, for minutes.

@@ -14,7 +14,8 @@ use crate::method::Kind;
 use crate::record::peers::ALL_STRATA;
 use crate::record::rows::Row;
 use crate::record::{
-    FolderLock, PeerRatioRow, PeerRow, PeerTimingRow, Stratum, merge_rows, read_rows_if_there, write_text,
+    FolderLock, PeerRatioRow, PeerRow, PeerTimingRow, Stratum, has_rows, merge_rows, read_rows, read_rows_if_there,
+    write_text,
 };
 use crate::registry::{Registry, Variant};
 use crate::tree::Policy;
@@ -179,10 +180,7 @@ pub fn run(options: &Options, registry: &Registry) -> Result<u8> {
         What::Export(options) => export(&options.poses, registry)?,
         What::Run(options) => return compare(options, registry),
         What::Verify(options) => return verify_all(options, registry),
-        What::Table(options) => {
-            ensure_there(&options.out, &options.against, std::iter::empty())?;
-            show(&options.out, &options.against, options.seed, None)?;
-        }
+        What::Table(options) => table_again(options)?,
         What::Runner(options) => answer_as(options, registry)?,
     }
     Ok(CLEAR)
@@ -467,9 +465,36 @@ fn ensure_there(folder: &Path, against: &[String], others: impl Iterator<Item = 
     Ok(())
 }
 
+/// Derives the tables of a folder anew from its raw rows and shows them. Of a published record, which has none, shows those that were derived.
+fn table_again(options: &TableOptions) -> Result<()> {
+    let TableOptions { out, against, seed } = options;
+    if has_rows::<PeerTimingRow>(out) {
+        ensure_there(out, against, std::iter::empty())?;
+        return show(out, against, *seed, None);
+    }
+    let (rows, mut ratios): (Vec<PeerRow>, Vec<PeerRatioRow>) = (read_rows(out)?, read_rows(out)?);
+    let references: BTreeSet<String> = ratios.iter().map(|row| row.reference.clone()).collect();
+    ratios.retain(|row| against.contains(&row.reference));
+    ensure!(
+        !ratios.is_empty(),
+        "--against {}: {} has no raw rows, and its ratios are those to {}",
+        against.join(", "),
+        out.display(),
+        references.into_iter().collect::<Vec<_>>().join(", ")
+    );
+    note(format!("{} has no raw rows: these are the tables that were derived from them", out.display()));
+    show_rows(out, against, &rows, &ratios);
+    Ok(())
+}
+
 /// Derives the tables of the settings that are due, or of all with raw rows, and shows them.
 fn show(folder: &Path, against: &[String], seed: u64, due: Option<BTreeSet<Setting>>) -> Result<()> {
     let (rows, ratios) = summarise(folder, against, seed, due)?;
+    show_rows(folder, against, &rows, &ratios);
+    Ok(())
+}
+
+fn show_rows(folder: &Path, against: &[String], rows: &[PeerRow], ratios: &[PeerRatioRow]) {
     let mut settings: Vec<(&str, &str)> = rows.iter().map(|row| (row.scene.as_str(), row.mode.as_str())).collect();
     settings.sort_unstable();
     settings.dedup();
@@ -492,7 +517,6 @@ fn show(folder: &Path, against: &[String], seed: u64, due: Option<BTreeSet<Setti
         }
     }
     say(format!("\nRows: {}", folder.join(PeerRow::FILE).display()));
-    Ok(())
 }
 
 /// A table of engines, whose names are aligned left and all else right.

@@ -3,7 +3,7 @@
 mod inverse;
 mod new;
 
-use super::options::ClearanceOptions;
+use super::options::{ClearanceOptions, make_folder};
 use super::subject::{Subject, refuse_output};
 use super::{CLEAR, note, picture, say, style, surfaces};
 use crate::check;
@@ -293,7 +293,7 @@ fn export_stl(options: &ExportOptions) -> Result<()> {
         }
     }
     refuse_files(options, scene, &files)?;
-    fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    make_folder("--out", out)?;
     let start = scene.program.as_ref().map(|run| run.start).unwrap_or_default();
     let poses = scene.machine.forward(&start);
     for (index, (part, file)) in scene.parts.iter().zip(&files).enumerate() {

@@ -1,5 +1,6 @@
 //! `completions` and `man`: what shells and manual readers get, made from the command line's own description.
 
+use super::options::make_folder;
 use super::{Arguments, CLEAR, say};
 use anyhow::{Context, Result};
 use clap::{Args, CommandFactory};
@@ -35,7 +36,7 @@ pub fn completions(options: &CompletionOptions) -> Result<u8> {
 /// Writes a manual page for the program and one for each verb.
 pub fn man(options: &ManOptions) -> Result<u8> {
     let out = &options.out;
-    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    make_folder("--out", out)?;
     // Pages of hidden verbs are not made: they are not for people.
     clap_mangen::generate_to(Arguments::command().disable_help_subcommand(true), out)
         .with_context(|| format!("cannot write to {}", out.display()))?;

@@ -136,6 +136,13 @@ impl Subject {
         }
         let of_tools = scene.tool_notes(&setup.setup.tools);
         of_tools.iter().for_each(|told| note(format!("note: {told}")));
+        if let Some(program) = self.program.as_deref().filter(|file| file.extension().is_some_and(|end| end == "toml"))
+        {
+            bail!(
+                "{}: this is a file of settings, not a program; a command names first the scene, then the program",
+                program.display()
+            );
+        }
         let mut run = match &self.program {
             Some(program) => Some(setup.with_program(program).map_err(with_hint)?),
             None if is_changed && scene.program.is_some() => Some(setup.again().map_err(with_hint)?),
@@ -183,7 +190,8 @@ pub fn refuse_output<'a>(
     let Ok(place) = file.canonicalize() else { return Ok(()) };
     let name = file.display();
     if !place.is_file() {
-        bail!("{option} {name}: what it writes goes into a file of its own, and this is none");
+        let found = if place.is_dir() { "a folder" } else { "no ordinary file" };
+        bail!("{option} {name}: this is {found}; name a file");
     }
     let is_it = |input: &Path| input.canonicalize().is_ok_and(|input| input == place);
     let is_of_scene = || Path::new(scene).canonicalize().is_ok_and(|folder| place.starts_with(folder));

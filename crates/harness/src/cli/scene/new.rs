@@ -2,7 +2,7 @@
 
 use super::super::{CLEAR, note, say};
 use super::{extents_table, write_folder};
-use crate::geometry::import::Unit;
+use crate::geometry::import::{ImportError, Unit};
 use crate::record::command::quoted;
 use crate::scene::template::{BASE, Chain, NewPart, NewScene, TEMPLATES};
 use crate::scene::{LARGEST_FILE, Overrides, Role, Scene, SceneError, set_up};
@@ -118,8 +118,11 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
     files.insert("scene.toml".to_owned(), scene.toml().into_bytes());
     let made = Scene::from_memory(&folder.to_string_lossy(), files.clone(), &Overrides::default());
     let made = made.map_err(|error| {
+        if let Some(unread) = unread(&error, parts) {
+            return unread;
+        }
         let next = match &error {
-            SceneError::Mesh { .. } => "; --unit says what they are in",
+            SceneError::Mesh { .. } => UNIT_HINT,
             SceneError::Program(_) => {
                 "; leave --program out, and check the program where it is: `bvbench check FOLDER PROGRAM --dialect NAME`"
             }
@@ -130,6 +133,18 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
     })?;
     write_folder(folder, files)?;
     Ok(made)
+}
+
+/// What helps where meshes are too large or too small.
+const UNIT_HINT: &str = "; --unit says what they are in";
+
+/// What is wrong with the user's own file where that is no mesh.
+fn unread(error: &SceneError, parts: &[(PathBuf, NewPart)]) -> Option<anyhow::Error> {
+    let SceneError::Mesh { cause, .. } = error else { return None };
+    let ImportError { path, message } = cause.downcast_ref()?;
+    let (from, _) = parts.iter().find(|(_, part)| path.ends_with(&part.file))?;
+    let next = if message.contains("is the unit right?") { UNIT_HINT } else { "" };
+    Some(anyhow!("cannot read {}: {message}; nothing is written{next}", from.display()))
 }
 
 /// Says what a new scene holds.
