@@ -12,6 +12,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _obbtree {
     #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+    #[pymodule_export]
     use super::convex::{Convex, Penetration};
     #[pymodule_export]
     use super::manager::Manager;

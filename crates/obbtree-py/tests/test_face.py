@@ -1,5 +1,6 @@
 """The face against numpy: brute force over triangles, shapes of what comes back, errors, threads, forks."""
 
+import importlib.metadata
 import os
 import signal
 import sys
@@ -26,6 +27,10 @@ def sphere(radius, n):
     corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     faces = np.concatenate([np.stack([corner, corner + n, corner + 1], 1), np.stack([corner + 1, corner + n, corner + n + 1], 1)])
     return obbtree.Mesh(vertices, faces)
+
+
+def test_the_version_is_that_of_the_package():
+    assert obbtree.__version__ == importlib.metadata.version("obbtree")
 
 
 def at(x=0.0, y=0.0, z=0.0):

@@ -11,7 +11,7 @@ moved. Meshes that touch, or miss each other, by less than that may be told the 
 float32), add 2 max|RᵀR - I| times the distance of the other mesh's farthest vertex from its origin to the limit.
 """
 
-from ._obbtree import Collider, Contacts, Convex, Manager, Mesh, Nearest, Path, Penetration
+from ._obbtree import Collider, Contacts, Convex, Manager, Mesh, Nearest, Path, Penetration, __version__
 from .collision import CollisionManager, ContactData, DistanceData
 
 __all__ = [
@@ -26,4 +26,5 @@ __all__ = [
     "Nearest",
     "Path",
     "Penetration",
+    "__version__",
 ]

@@ -5,7 +5,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Self
 
-__all__ = ["Collider", "Contacts", "Convex", "Manager", "Mesh", "Nearest", "Path", "Penetration"]
+__all__ = ["Collider", "Contacts", "Convex", "Manager", "Mesh", "Nearest", "Path", "Penetration", "__version__"]
+
+__version__: str
 
 class _HasMesh(Protocol):
     """Anything with vertices and faces, such as a trimesh.Trimesh."""

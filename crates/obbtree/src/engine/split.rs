@@ -237,7 +237,7 @@ fn along(axis: &Corner, item: &Item) -> f32 {
     axis[0] * sum(0) + axis[1] * sum(1) + axis[2] * sum(2)
 }
 
-/// The principal axes of the surface, by [`covariance::area_weighted`] in `f32` about the first corner, and the axes of the largest triangle
+/// The principal axes of the surface, by equations (4) and (5) of [`covariance`](crate::engine::geometry::covariance) in `f32` about the first corner, and the axes of the largest triangle
 /// if it has any.
 fn principal_and_largest(items: &[Item], stride: usize) -> (Matrix3<f64>, Option<Matrix3<f64>>) {
     let origin = items[0].corners[0];
