@@ -197,8 +197,9 @@ fn a_needle_that_goes_into_a_finished_part_is_told_wherever_it_does() {
         let expected: Vec<_> = (1..=5).map(|k| (kind, 3 * k)).collect();
         assert_eq!(told_by(&part, &format!("G0 Z5\n{program}M2")), expected);
     }
-    // Its radius is less than it may go deep: of the two parts after the block it is the second.
-    for (allowed_mm, thin) in [(0.02, &[][..]), (0.06, &[2])] {
+    // Where its radius is no more than 0.05 mm above what it may go deep it is named: of the two parts after the block it is the second.
+    for (radius_mm, allowed_mm, thin) in [(0.05, 0.02, &[2][..]), (0.05, 0.06, &[2]), (0.08, 0.02, &[])] {
+        let part = part.replace("radius_mm = 0.05", &format!("radius_mm = {radius_mm}"));
         let scene = scene_of(&part.replace("gouge_mm = 0.02", &format!("gouge_mm = {allowed_mm}")), "G0 Z5\nM2");
         assert_eq!(run_own(&scene, &Settings::standard()).thin_cutters, thin);
     }

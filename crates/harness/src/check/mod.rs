@@ -178,7 +178,7 @@ pub struct Outcome {
     pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
-    /// Cutters so thin that no depth in them is more than the finished workpiece allows: their gouges are found only where their middle is inside it.
+    /// Cutters so thin that no depth in them is 0.05 mm more than the finished workpiece allows: between samples their gouges may be found only where their middle is inside it.
     pub thin_cutters: Vec<usize>,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
     pub open_cutters: Vec<usize>,
@@ -589,7 +589,7 @@ struct Gouge {
     workpiece_first: bool,
     /// How deep the cutter may go, mm.
     allowed_mm: f64,
-    /// Whether a blade or a pin of the cutter, or all of it, is too thin for anything to be deeper in it.
+    /// Whether a blade or a pin of the cutter, or all of it, is too thin for a gouge between samples to be found.
     is_thin: bool,
     /// The joints between the cutter and the workpiece.
     chain: Chain,

@@ -443,7 +443,7 @@ fn not_examined_of_parts(scene: &Scene, outcome: &Outcome) -> Vec<String> {
         }),
         (&outcome.thin_cutters, |name, _| {
             format!(
-                "gouges by `{name}`, which is so thin that no depth in it is more than `gouge_mm`; only where its middle is inside, that is told"
+                "gouges by `{name}`, which is so thin that no depth in it is 0.05 mm above `gouge_mm`; between samples they may be missed, except where its middle is inside"
             )
         }),
         (&outcome.as_drawn, |name, part| {
