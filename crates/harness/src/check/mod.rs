@@ -30,7 +30,7 @@ use crate::measure::{Progress, timer};
 use crate::method::Model;
 use crate::registry::{Registry, Variant};
 use crate::scene::pairs::{self, Decision};
-use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault};
+use crate::scene::{Clearances, Pair, ProgramRun, Role, Scene, TipFault, Turns};
 use crate::stock::motion::Chain;
 use crate::stock::{Finished, StockError, Surface};
 use crate::truth::Solid;
@@ -388,7 +388,14 @@ fn turned_pairs(spun: &Spun, reach: &pairs::Reach, settings: &Settings) -> Vec<P
         return Vec::new();
     }
     let decisions = pairs::decide(&spun.scene, reach, settings.clearances(&spun.scene));
-    let examined = decisions.into_iter().filter(|decision| decision.dropped.is_none()).map(|decision| decision.pair);
+    // Of two parts without a joint between them one may be known to stand while the other turns.
+    let stands = |pair: Pair| [pair.a, pair.b].iter().any(|&part| spun.scene.parts[part].turns == Some(Turns::Nothing));
+    let is_examined = |decision: &Decision| match decision.dropped {
+        None => true,
+        Some(pairs::Dropped::Rigid) => stands(decision.pair),
+        Some(_) => false,
+    };
+    let examined = decisions.into_iter().filter(is_examined).map(|decision| decision.pair);
     examined.filter(|&pair| spun.turns(pair)).collect()
 }
 

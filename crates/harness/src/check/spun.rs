@@ -24,6 +24,11 @@ const SIDES: usize = 64;
 const LEANING: f64 = 0.165;
 /// A part is round all the same where the faces that lean more have at most this area together, of the square of its greatest radius: slivers, and what hardly stands out.
 const LITTLE: f64 = 1e-4;
+/// And at most this area, mm²: of a large faceplate that is little, and may be a strap that reaches into something.
+const LITTLE_MM2: f64 = 1.0;
+/// Corners of a round part that are the farthest from the axis at their height, or the nearest to it, differ by at most this part of their distance: one that is a little
+/// eccentric, oval, slanted or wound has faces that hardly lean.
+const UNEVEN: f64 = 5e-3;
 /// Widest angle around the axis without a corner of a round part: that of a prism with 18 sides.
 const WIDEST: f64 = TAU / 18.0;
 /// Corners nearer to the axis than this, of the greatest radius, are not asked how a face leans there.
@@ -277,7 +282,32 @@ fn is_round_about(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
         let around = outside.map(|p| (normal.y * p.x - normal.x * p.y).abs() / p.x.hypot(p.y)).fold(0.0, f64::max);
         if around > LEANING * normal.norm() { 0.5 * around } else { 0.0 }
     };
-    is_all_around(&places, MIDDLE * radius) && mesh.faces().iter().map(leaning).sum::<f64>() <= LITTLE * radius * radius
+    is_all_around(&places, MIDDLE * radius)
+        && mesh.faces().iter().map(leaning).sum::<f64>() <= (LITTLE * radius * radius).min(LITTLE_MM2)
+        && is_even(mesh, &places, MIDDLE * radius)
+}
+
+/// Whether at every height the corners that are farthest from the axis lie on all sides of it, and those that are nearest, unless nearer than `middle`.
+fn is_even(mesh: &Mesh, places: &[Point], middle: f64) -> bool {
+    let heights = heights(places);
+    let mut pieces: Vec<Vec<Point>> = vec![Vec::new(); heights.len().saturating_sub(1)];
+    for face in mesh.faces() {
+        let corners = face.map(|corner| places[corner as usize]);
+        let [low, high] = [f64::min, f64::max].map(|of| of(of(corners[0].z, corners[1].z), corners[2].z));
+        let first = heights.partition_point(|&height| height <= low).saturating_sub(1);
+        let meets = heights.windows(2).zip(&mut pieces).skip(first).take_while(|(ends, _)| ends[0] < high);
+        for (ends, piece) in meets {
+            piece.extend(clipped(&corners, ends[0] + SAME_MM, ends[1] - SAME_MM));
+        }
+    }
+    pieces.iter().all(|piece| {
+        let from_axis = |p: &Point| p.x.hypot(p.y);
+        let far = piece.iter().map(from_axis).fold(0.0, f64::max);
+        let near = piece.iter().map(from_axis).fold(f64::INFINITY, f64::min);
+        let is_near = |p: &&Point| from_axis(p) <= near * (1.0 + UNEVEN) + SAME_MM;
+        let nearest: Vec<Point> = piece.iter().filter(is_near).copied().collect();
+        is_all_around(piece, far * (1.0 - UNEVEN) - SAME_MM) && (near <= middle || is_all_around(&nearest, 0.0))
+    })
 }
 
 /// Whether corners farther from the axis than `middle` lie on all sides of it: on one side alone even a sliver is not round.
@@ -867,5 +897,42 @@ profile_mm = [[5, 0], [20, 0], [20, 30], [12, 50], [5, 50]]"#;
         assert!(is_round_about(&mesh(round), &Isometry::identity()) && is_round(&mesh(round)));
         // Beside the axis the same is not round.
         assert!(!is_round_about(&mesh(round), &Isometry::translation(5.0, 0.0, 0.0)));
+    }
+
+    /// All of its faces lean by less than those of a prism with 20 sides.
+    #[test]
+    fn what_is_a_little_beside_the_axis_oval_slanted_or_wound_is_not_round() {
+        let disc = mesh("kind = \"cylinder\"\nradius_mm = 100\nheight_mm = 10");
+        let tube = mesh("kind = \"revolve\"\nprofile_mm = [[20, 0], [30, 0], [30, 40], [20, 40]]");
+        let moved = |mesh: &Mesh, place: &dyn Fn(&Point) -> Point| {
+            Mesh::new(mesh.vertices().iter().map(place).collect(), mesh.faces().to_vec()).unwrap()
+        };
+        let about = |mesh: &Mesh| is_round_about(mesh, &Isometry::identity());
+        let beside = |x: f64| move |p: &Point| Point::new(p.x + x, p.y, p.z);
+        assert!(about(&moved(&disc, &beside(0.1))) && !about(&moved(&disc, &beside(1.0))));
+        assert!(!about(&moved(&disc, &beside(10.0))));
+        assert!(about(&disc) && !about(&moved(&disc, &|p| Point::new(p.x, 0.98 * p.y, p.z))));
+        let tilt = Isometry::rotation(Vector::new(0.05, 0.0, 0.0));
+        assert!(!about(&moved(&disc, &|p| tilt * p)));
+        // Round without, and its bore is oval.
+        let bored = |p: &Point| if p.x.hypot(p.y) < 25.0 { Point::new(p.x, 0.97 * p.y, p.z) } else { *p };
+        assert!(about(&tube) && !about(&moved(&tube, &bored)));
+        // Rings each a millimetre beside the axis, at angles that wind.
+        let wound =
+            mesh("kind = \"revolve\"\nprofile_mm = [[0, 0], [50, 0], [50, 10], [50, 20], [50, 30], [50, 40], [0, 40]]");
+        let winds = |p: &Point| Point::new(p.x + (0.05 * p.z).cos(), p.y + (0.05 * p.z).sin(), p.z);
+        assert!(about(&wound) && !about(&moved(&wound, &winds)));
+    }
+
+    /// 5 x 140 x 2.4 mm on a faceplate of 500 mm radius: 24 mm² lean.
+    #[test]
+    fn a_strap_on_a_large_faceplate_is_not_little() {
+        let plate = |strap: &str| {
+            let plate = "{ shape = { kind = \"cylinder\", radius_mm = 500, height_mm = 20 } }";
+            mesh(&format!("kind = \"compound\"\nparts = [{plate}{strap}]"))
+        };
+        let strap = ", { shape = { kind = \"rounded-box\", size_mm = [5, 140, 4.8] }, at = { xyz_mm = [300, 0, 20] } }";
+        let about = |strap: &str| is_round_about(&plate(strap), &Isometry::identity());
+        assert!(about("") && !about(strap));
     }
 }

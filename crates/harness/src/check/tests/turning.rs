@@ -73,6 +73,26 @@ pub(super) fn cuboid(size: [f64; 3]) -> String {
 /// A shank of 20 mm along Z and a blade at its lower end that reaches 60 mm towards X: no cylinder around it has its axis.
 const FLY: &str = "{ kind = \"compound\", parts = [{ shape = { kind = \"cylinder\", radius_mm = 10, height_mm = 60 } }, { shape = { kind = \"rounded-box\", size_mm = [55, 10, 8] }, at = { xyz_mm = [32.5, 0, 4] } }] }";
 
+/// Jaws pass 25 to 65 mm beside the axis of a bar that no joint turns; a steady on the same link stands from 40 to 60 mm, at another angle.
+#[test]
+fn what_stands_beside_a_spindle_is_examined_though_no_joint_is_between_them() {
+    let slides = HEAD.replace("title = \"Spindle\"", "title = \"Two axes\"");
+    let bar = part("bar", "", "workpiece", [0.0, 0.0, 50.0], &cylinder(20.0, 100.0));
+    let jaws = [45.0, -45.0].map(|x| part("jaw", "", "fixture", [x, 0.0, 10.0], &cuboid([40.0, 10.0, 20.0])));
+    let jaws = [jaws[0].clone(), jaws[1].replace("\"jaw\"", "\"other\"")].concat();
+    let insert = part("insert", "head", "cutter", [35.0, 0.0, 125.0], &cuboid([10.0, 4.0, 10.0]));
+    let program = "[program]\nfile = \"own.ngc\"\ncontroller = \"lathe\"\n";
+    for (y, turns, expected) in
+        [(50.0, "turns = \"none\"\n", 2), (90.0, "turns = \"none\"\n", 0), (50.0, "turns = \"spindle\"\n", 0)]
+    {
+        let steady = part("steady", "", "fixture", [0.0, y, 10.0], &cuboid([10.0, 20.0, 20.0]));
+        let text = [&slides, &bar, &jaws, &steady, turns, &insert, program].concat();
+        let told = found(&text, "M3 S1000\nG0 X20\nG1 X15 F100\nM2");
+        let steady = told.events.iter().filter(|event| event.kind == Kind::Unresolved && event.pair.b == 3).count();
+        assert_eq!(steady, expected, "{y} {turns} {:?}", told.events);
+    }
+}
+
 #[test]
 fn a_drive_turns_about_the_axis_that_a_round_part_shows_or_is_named() {
     let chuck = |turns: &str| {
