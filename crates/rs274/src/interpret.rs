@@ -53,7 +53,7 @@ const NO_DIAMETER_CODE: &str =
 pub struct Program {
     /// Its moves.
     pub moves: Vec<Move>,
-    /// Whether it turns a spindle, be it between two moves, or to where M19 has it stand.
+    /// Whether a spindle turns at some time: during a move, between two moves, or when M19 orients it.
     pub turns_spindle: bool,
     /// Its lines; line `n` of a move is `blocks[n - 1]`.
     pub blocks: Vec<String>,
@@ -141,7 +141,7 @@ pub(super) struct Interpreter<'a> {
     pub tools: BTreeMap<u32, Tool>,
     /// The offset of each tool that G43.1 or G43.2 has set, by its number.
     pub spindle_offsets: BTreeMap<u32, Values9>,
-    /// Whether a spindle has turned.
+    /// Whether a spindle has turned so far.
     pub turns_spindle: bool,
     pub first_zero: Option<(u32, WorkOffset)>,
     pub tool: u32,

@@ -178,7 +178,8 @@ pub struct Outcome {
     pub uncut: Vec<usize>,
     /// Whether a workpiece stays whole, and rapids that begin inside it are taken for retreats.
     pub stays_whole: bool,
-    /// Cutters so thin that no depth in them is 0.05 mm more than the finished workpiece allows: between samples their gouges may be found only where their middle is inside it.
+    /// Cutters so thin that no depth in them is 0.05 mm more than the finished workpiece allows. Between samples their gouges may be missed, except where their middle is
+    /// inside it.
     pub thin_cutters: Vec<usize>,
     /// Cutters with open meshes: what they cut nobody knows, so that they take nothing away for sure.
     pub open_cutters: Vec<usize>,

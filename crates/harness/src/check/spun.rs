@@ -290,23 +290,15 @@ fn is_round_about(mesh: &Mesh, axis_from_part: &Isometry) -> bool {
 /// Whether at every height the corners that are farthest from the axis lie on all sides of it, and those that are nearest, unless nearer than `middle`.
 fn is_even(mesh: &Mesh, places: &[Point], middle: f64) -> bool {
     let heights = heights(places);
-    let mut pieces: Vec<Vec<Point>> = vec![Vec::new(); heights.len().saturating_sub(1)];
-    for face in mesh.faces() {
-        let corners = face.map(|corner| places[corner as usize]);
-        let [low, high] = [f64::min, f64::max].map(|of| of(of(corners[0].z, corners[1].z), corners[2].z));
-        let first = heights.partition_point(|&height| height <= low).saturating_sub(1);
-        let meets = heights.windows(2).zip(&mut pieces).skip(first).take_while(|(ends, _)| ends[0] < high);
-        for (ends, piece) in meets {
-            piece.extend(clipped(&corners, ends[0] + SAME_MM, ends[1] - SAME_MM));
-        }
-    }
-    pieces.iter().all(|piece| {
+    let mut slices: Vec<Vec<Point>> = vec![Vec::new(); heights.len().saturating_sub(1)];
+    slice(mesh, places, &heights, |slab, _, piece| slices[slab].extend(piece));
+    slices.iter().all(|corners| {
         let from_axis = |p: &Point| p.x.hypot(p.y);
-        let far = piece.iter().map(from_axis).fold(0.0, f64::max);
-        let near = piece.iter().map(from_axis).fold(f64::INFINITY, f64::min);
+        let far = corners.iter().map(from_axis).fold(0.0, f64::max);
+        let near = corners.iter().map(from_axis).fold(f64::INFINITY, f64::min);
         let is_near = |p: &&Point| from_axis(p) <= near * (1.0 + UNEVEN) + SAME_MM;
-        let nearest: Vec<Point> = piece.iter().filter(is_near).copied().collect();
-        is_all_around(piece, far * (1.0 - UNEVEN) - SAME_MM) && (near <= middle || is_all_around(&nearest, 0.0))
+        let nearest: Vec<Point> = corners.iter().filter(is_near).copied().collect();
+        is_all_around(corners, far * (1.0 - UNEVEN) - SAME_MM) && (near <= middle || is_all_around(&nearest, 0.0))
     })
 }
 
@@ -457,25 +449,33 @@ struct Slab {
 /// The mesh between heights.
 fn slabs(mesh: &Mesh, axis_from_part: &Isometry) -> Vec<Slab> {
     let places: Vec<Point> = mesh.vertices().iter().map(|vertex| axis_from_part * vertex).collect();
-    let mut slabs: Vec<Slab> = heights(&places).windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
+    let heights = heights(&places);
+    let mut slabs: Vec<Slab> = heights.windows(2).map(|ends| Slab::between(ends[0], ends[1])).collect();
     let mut pieces = Vec::new();
-    for face in mesh.faces() {
-        let corners = face.map(|corner| places[corner as usize]);
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let [low, high] = [f64::min, f64::max].map(|of| of(of(corners[0].z, corners[1].z), corners[2].z));
-        let meets = |slab: &Slab| slab.low < high && low < slab.high;
-        for (index, slab) in slabs.iter_mut().enumerate().filter(|(_, slab)| meets(slab)) {
-            // Without what lies in its border: that is of the slab which it closes.
-            let piece = clipped(&corners, slab.low + SAME_MM, slab.high - SAME_MM);
-            slab.take_in(&piece, &normal);
-            pieces.push((index, piece));
-        }
-    }
+    slice(mesh, &places, &heights, |index, normal, piece| {
+        slabs[index].take_in(&piece, normal);
+        pieces.push((index, piece));
+    });
     for (index, piece) in pieces {
         slabs[index].fill_sectors(&piece);
     }
     slabs.retain(|slab| slab.radii[0] <= slab.radii[1]);
     slabs
+}
+
+/// Cuts the faces of a mesh at heights. `take` gets the number of the height below each piece, the normal of its face, and its corners.
+fn slice(mesh: &Mesh, places: &[Point], heights: &[f64], mut take: impl FnMut(usize, &Vector, Vec<Point>)) {
+    for face in mesh.faces() {
+        let corners = face.map(|corner| places[corner as usize]);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let [low, high] = [f64::min, f64::max].map(|of| of(of(corners[0].z, corners[1].z), corners[2].z));
+        let first = heights.partition_point(|&height| height <= low).saturating_sub(1);
+        let meets = heights.windows(2).enumerate().skip(first).take_while(|(_, ends)| ends[0] < high);
+        for (below, ends) in meets {
+            // Without what lies in its border: that is of the slab which it closes.
+            take(below, &normal, clipped(&corners, ends[0] + SAME_MM, ends[1] - SAME_MM));
+        }
+    }
 }
 
 /// The heights of vertices, or where they are many, as many at equal distances; lowest first.

@@ -245,7 +245,7 @@ impl Extent {
 /// # Errors
 /// When one of the folders cannot be used.
 pub fn open_run(plan: Plan, folder: &Path, cache: &Path, fresh: bool) -> Result<Run> {
-    ensure!(!folder.is_file(), "--out {}: this is a file; name a folder", folder.display());
+    refuse_file("--out", folder)?;
     let run = Run::open(plan, folder, fresh)?;
     Ok(run.with_cache(truth_cache(cache)?))
 }
@@ -263,8 +263,14 @@ pub fn number(text: &str) -> Result<f64, String> {
 /// # Errors
 /// When it is a file, or cannot be made.
 pub fn make_folder(option: &str, folder: &Path) -> Result<()> {
-    ensure!(!folder.is_file(), "{option} {}: this is a file; name a folder", folder.display());
+    refuse_file(option, folder)?;
     std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
+}
+
+/// Refuses a file where an option names a folder.
+fn refuse_file(option: &str, folder: &Path) -> Result<()> {
+    ensure!(!folder.is_file(), "{option} {}: this is a file; name a folder", folder.display());
+    Ok(())
 }
 
 /// Opens the folder in which exact answers are kept.

@@ -84,7 +84,8 @@ pub fn run(scene: &Scene, options: &Options) -> Result<()> {
         width: options.width,
     };
     let image = picture::take(scene, &scene.machine.forward(&position), &view)?;
-    canvas::write_pixels(&image.rgb, (image.width, image.height), &out).map_err(|problem| anyhow!(problem))?;
+    canvas::write_pixels(&image.rgb, (image.width, image.height), &out)
+        .map_err(|problem| anyhow!("cannot write {problem}"))?;
     say(format!("{} ({} x {} pixels)", out.display(), image.width, image.height));
     Ok(())
 }

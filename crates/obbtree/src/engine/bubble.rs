@@ -48,7 +48,7 @@ impl Bubble {
         (room_mm > 0.0).then_some(bubble)
     }
 
-    /// Whether a pose is in it. Counts those that are.
+    /// Whether the bubble holds a pose. Counts the poses that it holds.
     #[inline(always)]
     pub fn holds(&mut self, a_from_b: &Isometry) -> bool {
         let way = a_from_b.translation.vector - self.translation;

@@ -241,7 +241,7 @@ impl Memory {
         bubble.settled
     }
 
-    /// Whether the two triangles that touched last still do. Makes a bubble where they cross.
+    /// Whether the two triangles that touched last touch at this pose, too. Makes a bubble where they cross.
     fn go_on_touching<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),
@@ -260,7 +260,7 @@ impl Memory {
         touching
     }
 
-    /// Whether there is a kept axis and it parts the meshes. Makes a bubble if so.
+    /// Whether an axis is kept and still parts the meshes. If it does, makes a bubble.
     fn is_parted<V: WideVolume>(
         &mut self,
         (a, b): (&WideTree<V>, &WideTree<V>),

@@ -33,8 +33,8 @@ impl Slab {
         let Posed { a, b, placement, .. } = posed;
         let planes = Planes::of(witness::nearest(still, moved), least)?;
         Some(Self {
-            of_a: Side::of(a, |place| planes.are_above(&a.triangle(place))),
-            of_b: Side::of(b, |place| planes.are_below(&placement.triangle(&b.triangle(place)))),
+            of_a: Side::of(a, |place| planes.is_below(&a.triangle(place))),
+            of_b: Side::of(b, |place| planes.is_above(&placement.triangle(&b.triangle(place)))),
         })
     }
 
@@ -70,13 +70,13 @@ impl Planes {
         Some(Self { origin: from, up, low_mm: half, high_mm: least - half })
     }
 
-    /// Whether a triangle is surely below both.
-    fn are_above(&self, triangle: &Triangle) -> bool {
+    /// Whether all of a triangle is surely below the lower plane.
+    fn is_below(&self, triangle: &Triangle) -> bool {
         self.heights(triangle).iter().all(|[_, most]| *most <= self.low_mm)
     }
 
-    /// Whether a triangle is surely above both.
-    fn are_below(&self, triangle: &Triangle) -> bool {
+    /// Whether all of a triangle is surely above the upper plane.
+    fn is_above(&self, triangle: &Triangle) -> bool {
         self.heights(triangle).iter().all(|[least, _]| *least >= self.high_mm)
     }
 
@@ -140,7 +140,7 @@ mod tests {
             (1000.0 - 3.5e-10, false, true),
             (1000.0, false, true),
         ] {
-            assert_eq!((planes.are_above(&at(x)), planes.are_below(&at(x))), (is_below, is_above), "{x}");
+            assert_eq!((planes.is_below(&at(x)), planes.is_above(&at(x))), (is_below, is_above), "{x}");
         }
         assert!(Planes::of([Point::origin(); 2], 0.0).is_none());
     }

@@ -263,6 +263,7 @@ mod tests {
     fn a_corner_is_on_a_side_when_the_determinant_exceeds_its_error() {
         let mut random = Pcg64::seed_from_u64(11);
         let mut vector = |scale: [f64; 3]| Vector::from(scale.map(|scale| scale * random.random_range(-1.0..=1.0_f64)));
+        let mut asked = 0;
         for k in 0..2000 {
             let scale = [[1.0, 1.0, 1.0], [30.0, 1.0, 1.0], [1.0, 30.0, 1.0], [1.0, 1.0, 30.0]][k % 4];
             let (p, e, f) = (vector([1.0; 3]), vector(scale), vector(scale));
@@ -281,12 +282,14 @@ mod tests {
                 if (found - share).abs() > 0.3 {
                     continue;
                 }
+                asked += 1;
                 for simd in Simd::available() {
                     let (sides, _) = simd.run(Siding(&plane, &Triangle::new(over, over, over)));
                     assert_eq!(sides, [side; 3], "{k}, {share}, {}", simd.name());
                 }
             }
         }
+        assert!(asked > 4000, "{asked} of 8000");
     }
 
     /// The determinant, by expansions of `f64`.

@@ -71,9 +71,7 @@ impl Skin {
         let mut deepest = 0.0;
         for triangle in &self.tree.triangles {
             let Some(normal) = triangle.double_area_normal().try_normalize(0.0) else { continue };
-            let [a, b, c] = triangle.corners;
-            let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q));
-            let places = [triangle.centroid()].into_iter().chain(middles);
+            let places = [triangle.centroid()].into_iter().chain(middles(triangle));
             // A mirrored mesh faces inwards.
             for (place, inwards) in places.flat_map(|place| [(place, -normal), (place, normal)]) {
                 let fits = |radius: f64| {
@@ -103,8 +101,8 @@ impl Skin {
         deepest
     }
 
-    /// As [`Self::deepest_mm`]; where that is infinite, about that of the thinnest piece that stands out of the rest by more than 1.5 `out_mm`: a place of its surface is
-    /// farther than that from every ball inside with the radius `out_mm`.
+    /// [`Self::deepest_mm`] where that is finite. Else about the depth in the thinnest piece that stands out of the rest: some place of its surface is farther than 1.5
+    /// `out_mm` from every ball inside the mesh with the radius `out_mm`. Infinite where there is no such piece.
     pub fn thinnest_mm(&self, out_mm: f64) -> f64 {
         let deepest = self.deepest_mm(out_mm);
         if deepest.is_finite() {
@@ -113,8 +111,7 @@ impl Skin {
         let of_triangle = |triangle: &Triangle| {
             let Some(normal) = triangle.double_area_normal().try_normalize(0.0) else { return f64::INFINITY };
             let ([a, b, c], middle) = (triangle.corners, triangle.centroid());
-            let middles = [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q));
-            let places = [a, b, c].into_iter().chain(middles);
+            let places = triangle.corners.into_iter().chain(middles(triangle));
             let near = |place: &Point, toward: &[Point]| self.depth_near_mm(place, &normal, toward, out_mm);
             let of_middle = near(&middle, &[middle, a, b, c]);
             places.map(|place| near(&place, &[middle])).fold(of_middle, f64::min)
@@ -122,8 +119,8 @@ impl Skin {
         self.tree.triangles.par_iter().map(of_triangle).reduce(|| f64::INFINITY, f64::min)
     }
 
-    /// A depth, mm, that points have within [`NEAR`] times `enough_mm` of a place of a triangle with that normal, near the greatest one; infinite where it is `enough_mm`. It is
-    /// looked for below the place, from there toward other points of the triangle.
+    /// About the greatest depth, mm, within [`NEAR`] times `enough_mm` of a place of a triangle; infinite where that is `enough_mm` or more. The search begins below the
+    /// place, some way toward other points of the triangle.
     fn depth_near_mm(&self, place: &Point, normal: &Vector, toward: &[Point], enough_mm: f64) -> f64 {
         let mut greatest = 0.0;
         for way in toward.iter().map(|to| to - place) {
@@ -143,7 +140,8 @@ impl Skin {
         if greatest > TOUCHING_PART * enough_mm { greatest } else { f64::INFINITY }
     }
 
-    /// The depth that is reached from a point inside by going away from the surface, within [`NEAR`] times `enough_mm` of a place; ends at `enough_mm`.
+    /// Goes from a point inside away from the surface, no farther than [`NEAR`] times `enough_mm` from a place, and ends at the depth `enough_mm`. Returns the depth that
+    /// it has reached, mm.
     fn climb(&self, mut at: Point, place: &Point, enough_mm: f64) -> f64 {
         let from_surface = |at: &Point| self.nearest(at, f64::INFINITY).map_or_else(Vector::zeros, |near| at - near);
         let mut away = from_surface(&at);
@@ -211,6 +209,12 @@ impl Skin {
         }
         found
     }
+}
+
+/// The middles of a triangle's edges.
+fn middles(triangle: &Triangle) -> [Point; 3] {
+    let [a, b, c] = triangle.corners;
+    [(a, b), (b, c), (c, a)].map(|(p, q)| nalgebra::center(&p, &q))
 }
 
 /// The point of a triangle nearest to `p` (Ericson, Real-Time Collision Detection, 2005, section 5.1.5).

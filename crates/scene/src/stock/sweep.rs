@@ -101,7 +101,8 @@ impl Body {
         matches!(&*self.form, Form::Round(_))
     }
 
-    /// How deep a point can be in it, mm; where that is more than `out_mm`, in what is thin of it and stands out of the rest by more than `out_mm`.
+    /// How deep a point can be in it, mm; where that is more than `out_mm`, in what is thin of it and stands out of the rest by more than `out_mm`, or 1.5 `out_mm`
+    /// where it is no body of revolution.
     pub fn deepest_mm(&self, out_mm: f64) -> f64 {
         match &*self.form {
             Form::Round(round) => round.deepest_mm(out_mm),

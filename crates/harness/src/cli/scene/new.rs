@@ -135,10 +135,10 @@ fn write(options: &Options, scene: &NewScene, parts: &[(PathBuf, NewPart)]) -> R
     Ok(made)
 }
 
-/// What helps where meshes are too large or too small.
+/// Advice for a mesh that is too large or too small.
 const UNIT_HINT: &str = "; --unit says what they are in";
 
-/// What is wrong with the user's own file where that is no mesh.
+/// The error about a file of the user that cannot be read as a mesh: it names that file, not the copy that was to be made.
 fn unread(error: &SceneError, parts: &[(PathBuf, NewPart)]) -> Option<anyhow::Error> {
     let SceneError::Mesh { cause, .. } = error else { return None };
     let ImportError { path, message } = cause.downcast_ref()?;
