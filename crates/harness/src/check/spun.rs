@@ -924,15 +924,19 @@ profile_mm = [[5, 0], [20, 0], [20, 30], [12, 50], [5, 50]]"#;
         assert!(about(&wound) && !about(&moved(&wound, &winds)));
     }
 
-    /// 5 x 140 x 2.4 mm on a faceplate of 500 mm radius: 24 mm² lean.
+    /// 5 x 140 x 2.4 mm on a faceplate of 500 mm radius, between a hub and a rim that are higher: its ends lean, 24 mm² of them.
     #[test]
     fn a_strap_on_a_large_faceplate_is_not_little() {
-        let plate = |strap: &str| {
-            let plate = "{ shape = { kind = \"cylinder\", radius_mm = 500, height_mm = 20 } }";
-            mesh(&format!("kind = \"compound\"\nparts = [{plate}{strap}]"))
+        let plate = |more: &str| {
+            let round = [
+                "{ shape = { kind = \"cylinder\", radius_mm = 500, height_mm = 20 } }",
+                "{ shape = { kind = \"cylinder\", radius_mm = 50, height_mm = 30 } }",
+                "{ shape = { kind = \"revolve\", profile_mm = [[480, 10], [500, 10], [500, 30], [480, 30]] } }",
+            ];
+            mesh(&format!("kind = \"compound\"\nparts = [{}{more}]", round.join(", ")))
         };
-        let strap = ", { shape = { kind = \"rounded-box\", size_mm = [5, 140, 4.8] }, at = { xyz_mm = [300, 0, 20] } }";
-        let about = |strap: &str| is_round_about(&plate(strap), &Isometry::identity());
+        let strap = ", { shape = { kind = \"rounded-box\", size_mm = [5, 140, 2.4] }, at = { xyz_mm = [450, 0, 21] } }";
+        let about = |more: &str| is_round_about(&plate(more), &Isometry::identity());
         assert!(about("") && !about(strap));
     }
 }
